@@ -1,0 +1,117 @@
+//! Bodies and their materials.
+
+use serde::{Deserialize, Serialize};
+
+/// How a body's surface answers to contact.
+///
+/// Along a contact arc the force per unit length is `max(0, k d (1 + z d') + c d')` with the penetration `d`,
+/// its rate `d'`, the line stiffness `k` and the two dampings `z` (Hunt-Crossley) and `c` (Kelvin-Voigt);
+/// at a contact point (sphere against sphere or plane) it is the same with the point stiffness and damping.
+/// It never pulls. Two materials in contact count with the harmonic mean of their stiffnesses, the
+/// arithmetic mean of their dampings and the geometric mean of their friction coefficients.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Material {
+    /// Stiffness of a ring's wire per length of contact arc, in newtons per square metre.
+    #[serde(default = "Material::default_line_stiffness")]
+    pub line_stiffness_n_per_m2: f64,
+    /// Stiffness of contact points, in newtons per metre.
+    #[serde(default = "Material::default_point_stiffness")]
+    pub point_stiffness_n_per_m: f64,
+    /// Hunt-Crossley damping `z`, in seconds per metre: damping that grows with penetration.
+    #[serde(default)]
+    pub damping_s_per_m: f64,
+    /// Kelvin-Voigt damping `c` per length of contact arc, in newton seconds per square metre.
+    #[serde(default)]
+    pub line_damping_n_s_per_m2: f64,
+    /// Kelvin-Voigt damping `c` of contact points, in newton seconds per metre.
+    #[serde(default)]
+    pub point_damping_n_s_per_m: f64,
+    /// Coulomb's coefficient of friction.
+    #[serde(default)]
+    pub friction_coefficient: f64,
+    /// Stiffness of the tangential spring of friction, in newtons per metre.
+    #[serde(default = "Material::default_friction_stiffness")]
+    pub friction_stiffness_n_per_m: f64,
+}
+
+impl Material {
+    fn default_line_stiffness() -> f64 {
+        1e4
+    }
+
+    fn default_point_stiffness() -> f64 {
+        1e4
+    }
+
+    fn default_friction_stiffness() -> f64 {
+        1e3
+    }
+}
+
+/// A rigid ring: a solid torus.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ring {
+    /// From the centre to the centreline of the wire, in metres.
+    pub major_radius_m: f64,
+    /// Radius of the wire, in metres.
+    pub minor_radius_m: f64,
+    /// Mass, in kilograms.
+    pub mass_kg: f64,
+    /// Name of the material.
+    pub material: String,
+    /// Centre at step 0, in metres.
+    pub position_m: [f64; 3],
+    /// Unit quaternion `[x, y, z, w]` at step 0; the ring's axis is its own z.
+    #[serde(default = "identity")]
+    pub orientation: [f64; 4],
+    /// Velocity at step 0.
+    #[serde(default)]
+    pub linear_velocity_m_per_s: [f64; 3],
+    /// Angular velocity at step 0, World axes.
+    #[serde(default)]
+    pub angular_velocity_rad_per_s: [f64; 3],
+    /// A pinned ring never moves.
+    #[serde(default)]
+    pub pinned: bool,
+}
+
+/// A rigid solid sphere.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sphere {
+    /// Radius, in metres.
+    pub radius_m: f64,
+    /// Mass, in kilograms.
+    pub mass_kg: f64,
+    /// Name of the material.
+    pub material: String,
+    /// Centre at step 0, in metres.
+    pub position_m: [f64; 3],
+    /// Velocity at step 0.
+    #[serde(default)]
+    pub linear_velocity_m_per_s: [f64; 3],
+    /// Angular velocity at step 0, World axes.
+    #[serde(default)]
+    pub angular_velocity_rad_per_s: [f64; 3],
+    /// A pinned sphere never moves.
+    #[serde(default)]
+    pub pinned: bool,
+}
+
+/// A fixed half-space: the points with `normal . p < offset` are solid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plane {
+    /// Unit normal, out of the solid.
+    pub normal: [f64; 3],
+    /// Signed distance of the surface from World's origin along the normal, in metres.
+    pub offset_m: f64,
+    /// Name of the material.
+    pub material: String,
+}
+
+fn identity() -> [f64; 4] {
+    [0.0, 0.0, 0.0, 1.0]
+}

@@ -1,0 +1,196 @@
+//! The scene: what happens (bodies, materials, forces, method, time) and how to look at it (`render`).
+//!
+//! A scene file is TOML. [`Scene::parse`] reads it with overrides, lays out the weaves, checks every value
+//! and returns the *resolved* scene: explicit rings, spheres and planes, nothing left to expand. The
+//! resolved scene is what the simulator publishes and the log keeps, as JSON.
+
+mod bodies;
+mod error;
+mod parse;
+pub mod render;
+mod validate;
+mod weave;
+
+pub use bodies::{Material, Plane, Ring, Sphere};
+pub use error::SceneError;
+pub use weave::{Pattern, Weave};
+
+use crate::plan::Plan;
+use crate::{Hash, state};
+use render::Render;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A scene. After [`Scene::parse`] it is resolved: `weaves` is empty and every value has been checked.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Seed of all random numbers, of the simulator and the renderer.
+    #[serde(default)]
+    pub seed: u64,
+    /// How long, in which steps, and when a frame is taken.
+    pub time: Time,
+    /// How the equations of motion are solved.
+    #[serde(default)]
+    pub method: Method,
+    /// Forces that act on every body.
+    #[serde(default)]
+    pub forces: Forces,
+    /// Materials of contact, by name.
+    #[serde(default, rename = "material")]
+    pub materials: BTreeMap<String, Material>,
+    /// Patches of woven rings; empty once resolved.
+    #[serde(default, rename = "weave", skip_serializing_if = "Vec::is_empty")]
+    pub weaves: Vec<Weave>,
+    /// Rings.
+    #[serde(default, rename = "ring")]
+    pub rings: Vec<Ring>,
+    /// Solid spheres.
+    #[serde(default, rename = "sphere")]
+    pub spheres: Vec<Sphere>,
+    /// Fixed half-spaces.
+    #[serde(default, rename = "plane")]
+    pub planes: Vec<Plane>,
+    /// What the log keeps.
+    #[serde(default)]
+    pub record: Record,
+    /// How to look at it.
+    #[serde(default)]
+    pub render: Render,
+}
+
+/// Simulated time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Time {
+    /// Simulated time of the whole run, in seconds.
+    pub duration_s: f64,
+    /// Simulated time of one step, in seconds.
+    pub time_step_s: f64,
+    /// Frames per second of simulated time; also the movie's rate.
+    #[serde(default = "Time::default_frames_per_second")]
+    pub frames_per_second: f64,
+}
+
+impl Time {
+    fn default_frames_per_second() -> f64 {
+        24.0
+    }
+
+    /// Steps of the whole run: the duration over the time step, rounded to nearest.
+    pub fn step_count(&self) -> u64 {
+        nearest(self.duration_s / self.time_step_s)
+    }
+
+    /// Frames of the whole run: frame `k` is taken at time `k / frames_per_second`, while that lies before
+    /// the end. A run of no duration has one frame.
+    pub fn frame_count(&self) -> u64 {
+        let frames = libm::ceil(self.duration_s * self.frames_per_second - 1e-9) as u64;
+        if frames == 0 { 1 } else { frames }
+    }
+
+    /// The step at which a frame is taken: the one nearest to the frame's time.
+    pub fn frame_step(&self, frame: u64) -> u64 {
+        nearest(frame as f64 / (self.frames_per_second * self.time_step_s))
+    }
+
+    /// The frame that is taken at a step, if one is. (A time step longer than the time between frames
+    /// takes several frames at one step; the first is meant here.)
+    pub fn frame_at(&self, step: u64) -> Option<u64> {
+        let guess = libm::floor(step as f64 * self.time_step_s * self.frames_per_second) as u64;
+        (guess.saturating_sub(1)..=guess + 1)
+            .find(|&frame| self.frame_step(frame) == step && frame < self.frame_count())
+    }
+}
+
+fn nearest(value: f64) -> u64 {
+    libm::floor(value + 0.5) as u64
+}
+
+/// How the equations of motion are solved.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Method {
+    /// The integrator.
+    pub integrator: Integrator,
+    /// The law of contact between centrelines.
+    pub contact_law: ContactLaw,
+}
+
+/// An integrator of the equations of motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Integrator {
+    /// Drift-kick-drift splitting with the exact free motion of a symmetric top: second order, symplectic
+    /// without damping, one force evaluation a step.
+    #[default]
+    Verlet,
+    /// The classical Runge-Kutta method of fourth order: four force evaluations a step.
+    Rk4,
+}
+
+/// A law of contact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ContactLaw {
+    /// Potential along the certified contact arcs of one centreline inside the other body.
+    #[default]
+    CentrelineArc,
+}
+
+/// Forces that act on every body.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Forces {
+    /// Acceleration of gravity in World, in metres per second squared.
+    pub gravity_m_per_s2: [f64; 3],
+    /// Linear drag coefficient `c` of the force `-c v` on each ring, in kilograms per second.
+    pub linear_drag_kg_per_s: f64,
+    /// Angular drag coefficient `c` of the torque `-c w` on each ring, in kilogram square metres per second.
+    pub angular_drag_kg_m2_per_s: f64,
+}
+
+/// What the log keeps.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Record {
+    /// A full state every so many steps (and at the last step); a step record for every step, always.
+    pub state_every: u64,
+}
+
+impl Default for Record {
+    fn default() -> Self {
+        Record { state_every: 1 }
+    }
+}
+
+/// The first message of a log: everything needed to run it again.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SceneRecord {
+    /// `chainmail`.
+    pub program: String,
+    /// The program's version: only the same version promises the same bits.
+    pub version: String,
+    /// The hash of the state layout (see [`state::layout_hash`]).
+    pub layout_hash: Hash,
+    /// The resolved scene.
+    pub scene: Scene,
+    /// What the scene needs of the simulator, and what was left out.
+    pub plan: Plan,
+}
+
+impl SceneRecord {
+    /// The record of a scene and its plan, made by this version of the program.
+    pub fn new(scene: Scene, plan: Plan) -> SceneRecord {
+        SceneRecord {
+            program: "chainmail".to_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            layout_hash: state::layout_hash(),
+            scene,
+            plan,
+        }
+    }
+}
+
+/// JSON Schema of [`SceneRecord`], written beside its channel.
+pub const SCENE_JSON_SCHEMA: &str = r#"{"title":"chainmail.Scene","type":"object","properties":{"program":{"type":"string"},"version":{"type":"string"},"layout_hash":{"type":"string"},"scene":{"type":"object"},"plan":{"type":"object"}}}"#;

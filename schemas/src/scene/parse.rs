@@ -1,0 +1,134 @@
+//! From text to a resolved scene.
+
+use super::{Scene, SceneError, weave::Weave};
+use serde::Deserialize;
+
+impl Scene {
+    /// Reads a scene file, applies overrides, lays out its weaves and checks every value.
+    ///
+    /// An override is `key.path=value`; list entries are numbered from 0 (`ring.0.pinned=true`). The value is
+    /// read as TOML; what is not TOML is taken as a string.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] names line and column, or key, value and what was expected.
+    pub fn parse(text: &str, overrides: &[String]) -> Result<Scene, SceneError> {
+        let scene: Scene = if overrides.is_empty() {
+            toml::from_str(text).map_err(syntax)?
+        } else {
+            let mut table: toml::Table = text.parse().map_err(syntax)?;
+            apply(&mut table, overrides)?;
+            Scene::deserialize(table).map_err(syntax)?
+        };
+        scene.resolve()
+    }
+
+    /// The same scene with another second half: overrides of `render.*` and of nothing else.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] as for [`Scene::parse`], and for a key outside `render`.
+    pub fn with_render(&self, overrides: &[String]) -> Result<Scene, SceneError> {
+        for text in overrides {
+            if !text.trim_start().starts_with("render.") {
+                return Err(SceneError::Value {
+                    key: text.split('=').next().unwrap_or(text).trim().to_owned(),
+                    value: text.clone(),
+                    expected: "a key of render.*: the motion in a log is what it is; use `run` to change it"
+                        .to_owned(),
+                });
+            }
+        }
+        let mut table = toml::Table::new();
+        let render =
+            toml::Value::try_from(&self.render).map_err(|error| SceneError::Syntax(error.to_string()))?;
+        table.insert("render".to_owned(), render);
+        apply(&mut table, overrides)?;
+        let render = table.remove("render").unwrap_or(toml::Value::Table(toml::Table::new()));
+        let changed = Scene { render: Deserialize::deserialize(render).map_err(syntax)?, ..self.clone() };
+        changed.resolve()
+    }
+
+    fn resolve(mut self) -> Result<Scene, SceneError> {
+        self.canonicalise_zeros();
+        self.validate()?;
+        let woven: Vec<_> = self.weaves.iter().flat_map(Weave::rings).collect();
+        self.weaves.clear();
+        // Woven rings come first, then explicit ones, each in the order of the file.
+        self.rings.splice(0..0, woven);
+        self.normalise_directions();
+        Ok(self)
+    }
+}
+
+fn apply(table: &mut toml::Table, overrides: &[String]) -> Result<(), SceneError> {
+    let mut root = toml::Value::Table(std::mem::take(table));
+    for text in overrides {
+        let malformed = || SceneError::Override { text: text.clone() };
+        let missing = |part: &str| SceneError::OverridePath { text: text.clone(), part: part.to_owned() };
+        let (path, value) = text.split_once('=').ok_or_else(malformed)?;
+        let mut parts: Vec<&str> = path.trim().split('.').collect();
+        let last = parts.pop().filter(|part| !part.is_empty()).ok_or_else(malformed)?;
+        let mut place = &mut root;
+        for part in parts {
+            place = step_into(place, part).ok_or_else(|| missing(part))?;
+        }
+        let value = parse_value(value.trim());
+        match place {
+            toml::Value::Table(inner) => {
+                inner.insert(last.to_owned(), value);
+            }
+            toml::Value::Array(items) => {
+                let slot = last.parse::<usize>().ok().and_then(|index| items.get_mut(index));
+                *slot.ok_or_else(|| missing(last))? = value;
+            }
+            _ => return Err(missing(last)),
+        }
+    }
+    if let toml::Value::Table(changed) = root {
+        *table = changed;
+    }
+    Ok(())
+}
+
+fn step_into<'a>(place: &'a mut toml::Value, part: &str) -> Option<&'a mut toml::Value> {
+    match place {
+        toml::Value::Table(inner) => {
+            Some(inner.entry(part).or_insert_with(|| toml::Value::Table(toml::Table::new())))
+        }
+        toml::Value::Array(items) => part.parse::<usize>().ok().and_then(|index| items.get_mut(index)),
+        _ => None,
+    }
+}
+
+fn parse_value(text: &str) -> toml::Value {
+    format!("value = {text}")
+        .parse::<toml::Table>()
+        .ok()
+        .and_then(|mut table| table.remove("value"))
+        .unwrap_or_else(|| toml::Value::String(text.to_owned()))
+}
+
+/// The parser's message; an unknown key gets a suggestion.
+fn syntax(error: toml::de::Error) -> SceneError {
+    let mut text = error.to_string();
+    let message = error.message();
+    if let Some(rest) = message.strip_prefix("unknown field `")
+        && let Some((unknown, rest)) = rest.split_once('`')
+    {
+        let known = rest.split('`').skip(1).step_by(2);
+        text.push_str(&suggestion(unknown, known));
+    }
+    SceneError::Syntax(text.trim_end().to_owned())
+}
+
+/// `; did you mean "..."?` for the known name nearest to an unknown one, or nothing.
+pub(super) fn suggestion<'a>(unknown: &str, known: impl Iterator<Item = &'a str>) -> String {
+    let distance = |name: &str| strsim::damerau_levenshtein(unknown, name);
+    // A key without its unit is the most common slip, so a shared beginning counts as near.
+    let near = |name: &&str| distance(name) <= 3.max(unknown.len() / 3) || name.starts_with(unknown);
+    match known.filter(near).min_by_key(|name| (!name.starts_with(unknown), distance(name))) {
+        Some(name) => format!("; did you mean \"{name}\"?"),
+        None => String::new(),
+    }
+}

@@ -1,0 +1,302 @@
+//! Every value of a scene is checked here, once, before anything is computed from it.
+
+use super::parse::suggestion;
+use super::render::{Light, Render};
+use super::{Scene, SceneError};
+use std::fmt::Display;
+
+/// No coordinate may be larger than this, in metres: its square, and the square of that, stay finite.
+const LENGTH_MAX_M: f64 = 1e12;
+/// A run of more steps than this is a slip of the pen.
+const STEP_COUNT_MAX: f64 = 1e12;
+/// More rings than this do not fit the 32-bit numbers of bodies, by far.
+const RING_COUNT_MAX: u64 = 10_000_000;
+
+impl Scene {
+    /// Turns every `-0.0` into `0.0`, so that a sign without meaning cannot reach a hash.
+    pub(super) fn canonicalise_zeros(&mut self) {
+        let zero = |vector: &mut [f64]| vector.iter_mut().for_each(|value| *value += 0.0);
+        zero(&mut self.forces.gravity_m_per_s2);
+        for weave in &mut self.weaves {
+            zero(&mut weave.position_m);
+            zero(&mut weave.rotation_rad);
+        }
+        for ring in &mut self.rings {
+            zero(&mut ring.position_m);
+            zero(&mut ring.orientation);
+            zero(&mut ring.linear_velocity_m_per_s);
+            zero(&mut ring.angular_velocity_rad_per_s);
+        }
+        for sphere in &mut self.spheres {
+            zero(&mut sphere.position_m);
+            zero(&mut sphere.linear_velocity_m_per_s);
+            zero(&mut sphere.angular_velocity_rad_per_s);
+        }
+        for plane in &mut self.planes {
+            zero(&mut plane.normal);
+            plane.offset_m += 0.0;
+        }
+    }
+
+    /// Makes unit quaternions and unit normals exact to rounding; they were checked to be near.
+    pub(super) fn normalise_directions(&mut self) {
+        let unit = |vector: &mut [f64]| {
+            let norm = norm(vector);
+            // A vector that is unit to rounding is left alone, so that resolving twice changes nothing.
+            if (norm - 1.0).abs() > 4.0 * f64::EPSILON {
+                vector.iter_mut().for_each(|value| *value /= norm);
+            }
+        };
+        self.rings.iter_mut().for_each(|ring| unit(&mut ring.orientation));
+        self.planes.iter_mut().for_each(|plane| unit(&mut plane.normal));
+    }
+
+    pub(super) fn validate(&self) -> Result<(), SceneError> {
+        self.validate_time()?;
+        vector("forces.gravity_m_per_s2", &self.forces.gravity_m_per_s2)?;
+        not_negative("forces.linear_drag_kg_per_s", self.forces.linear_drag_kg_per_s)?;
+        not_negative("forces.angular_drag_kg_m2_per_s", self.forces.angular_drag_kg_m2_per_s)?;
+        for (name, material) in &self.materials {
+            let key = |field: &str| format!("material.{name}.{field}");
+            positive(&key("line_stiffness_n_per_m2"), material.line_stiffness_n_per_m2)?;
+            positive(&key("point_stiffness_n_per_m"), material.point_stiffness_n_per_m)?;
+            positive(&key("friction_stiffness_n_per_m"), material.friction_stiffness_n_per_m)?;
+            not_negative(&key("damping_s_per_m"), material.damping_s_per_m)?;
+            not_negative(&key("line_damping_n_s_per_m2"), material.line_damping_n_s_per_m2)?;
+            not_negative(&key("point_damping_n_s_per_m"), material.point_damping_n_s_per_m)?;
+            not_negative(&key("friction_coefficient"), material.friction_coefficient)?;
+        }
+        self.validate_weaves()?;
+        self.validate_rings()?;
+        self.validate_spheres_and_planes()?;
+        if self.record.state_every == 0 {
+            return Err(refuse("record.state_every", 0, "1 or more steps"));
+        }
+        validate_render(&self.render)
+    }
+
+    fn validate_time(&self) -> Result<(), SceneError> {
+        not_negative("time.duration_s", self.time.duration_s)?;
+        positive("time.time_step_s", self.time.time_step_s)?;
+        positive("time.frames_per_second", self.time.frames_per_second)?;
+        let steps = self.time.duration_s / self.time.time_step_s;
+        if steps.is_nan() || steps > STEP_COUNT_MAX {
+            let expected = format!("at most {STEP_COUNT_MAX:e} steps in time.duration_s, not {steps:e}");
+            return Err(refuse("time.time_step_s", self.time.time_step_s, &expected));
+        }
+        if self.time.duration_s * self.time.frames_per_second > 1e9 {
+            return Err(refuse(
+                "time.frames_per_second",
+                self.time.frames_per_second,
+                "at most 1e9 frames in all",
+            ));
+        }
+        Ok(())
+    }
+
+    fn validate_weaves(&self) -> Result<(), SceneError> {
+        let mut total = 0_u64;
+        for (index, weave) in self.weaves.iter().enumerate() {
+            let key = |field: &str| format!("weave[{index}].{field}");
+            total += u64::from(weave.rows) * u64::from(weave.columns);
+            if total > RING_COUNT_MAX {
+                let expected = format!("at most {RING_COUNT_MAX} rings in all");
+                return Err(refuse(&key("rows"), weave.rows, &expected));
+            }
+            radii(&key, weave.major_radius_m, weave.minor_radius_m)?;
+            positive(&key("ring_mass_kg"), weave.ring_mass_kg)?;
+            vector(&key("position_m"), &weave.position_m)?;
+            vector(&key("rotation_rad"), &weave.rotation_rad)?;
+            self.material_exists(&key("material"), &weave.material)?;
+            for pin in &weave.pins {
+                if pin[0] >= weave.rows || pin[1] >= weave.columns {
+                    let expected = format!("[row, column] below [{}, {}]", weave.rows, weave.columns);
+                    return Err(refuse(&key("pins"), format!("{pin:?}"), &expected));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn validate_rings(&self) -> Result<(), SceneError> {
+        for (index, ring) in self.rings.iter().enumerate() {
+            let key = |field: &str| format!("ring[{index}].{field}");
+            radii(&key, ring.major_radius_m, ring.minor_radius_m)?;
+            positive(&key("mass_kg"), ring.mass_kg)?;
+            vector(&key("position_m"), &ring.position_m)?;
+            unit(&key("orientation"), &ring.orientation)?;
+            vector(&key("linear_velocity_m_per_s"), &ring.linear_velocity_m_per_s)?;
+            vector(&key("angular_velocity_rad_per_s"), &ring.angular_velocity_rad_per_s)?;
+            self.material_exists(&key("material"), &ring.material)?;
+        }
+        Ok(())
+    }
+
+    fn validate_spheres_and_planes(&self) -> Result<(), SceneError> {
+        for (index, sphere) in self.spheres.iter().enumerate() {
+            let key = |field: &str| format!("sphere[{index}].{field}");
+            positive(&key("radius_m"), sphere.radius_m)?;
+            positive(&key("mass_kg"), sphere.mass_kg)?;
+            vector(&key("position_m"), &sphere.position_m)?;
+            vector(&key("linear_velocity_m_per_s"), &sphere.linear_velocity_m_per_s)?;
+            vector(&key("angular_velocity_rad_per_s"), &sphere.angular_velocity_rad_per_s)?;
+            self.material_exists(&key("material"), &sphere.material)?;
+        }
+        for (index, plane) in self.planes.iter().enumerate() {
+            let key = |field: &str| format!("plane[{index}].{field}");
+            unit(&key("normal"), &plane.normal)?;
+            vector(&key("offset_m"), &[plane.offset_m])?;
+            self.material_exists(&key("material"), &plane.material)?;
+        }
+        Ok(())
+    }
+
+    fn material_exists(&self, key: &str, name: &str) -> Result<(), SceneError> {
+        if self.materials.contains_key(name) {
+            return Ok(());
+        }
+        Err(SceneError::UnknownName {
+            key: key.to_owned(),
+            value: name.to_owned(),
+            what: "material",
+            suggestion: suggestion(name, self.materials.keys().map(String::as_str)),
+        })
+    }
+}
+
+fn validate_render(render: &Render) -> Result<(), SceneError> {
+    for (key, size) in [("render.width_px", render.width_px), ("render.height_px", render.height_px)] {
+        if size == 0 || size > 65_536 {
+            return Err(refuse(key, size, "1 to 65536 pixels"));
+        }
+    }
+    if u64::from(render.width_px) * u64::from(render.height_px) > 1 << 28 {
+        let size = format!("{} x {}", render.width_px, render.height_px);
+        return Err(refuse("render.width_px x render.height_px", size, "at most 2^28 pixels"));
+    }
+    if render.samples_per_pixel == 0 {
+        return Err(refuse("render.samples_per_pixel", 0, "1 or more"));
+    }
+    positive("render.exposure", render.exposure)?;
+    let camera = &render.camera;
+    vector("render.camera.position_m", &camera.position_m)?;
+    vector("render.camera.look_at_m", &camera.look_at_m)?;
+    vector("render.camera.up", &camera.up)?;
+    let angle = camera.vertical_field_of_view_rad;
+    if !(angle > 0.0 && angle < std::f64::consts::PI) {
+        return Err(refuse(
+            "render.camera.vertical_field_of_view_rad",
+            angle,
+            "more than 0 and less than pi",
+        ));
+    }
+    let view: [f64; 3] = std::array::from_fn(|axis| camera.look_at_m[axis] - camera.position_m[axis]);
+    let side = cross(&view, &camera.up);
+    if !(norm(&side) > 1e-9 * norm(&view) * norm(&camera.up)) {
+        let value = format!("{:?}", camera.up);
+        return Err(refuse(
+            "render.camera.up",
+            value,
+            "a direction that is not along the view, and look_at_m apart from position_m",
+        ));
+    }
+    unit_or_longer("render.sky.up", &render.sky.up)?;
+    colour("render.sky.zenith_radiance", &render.sky.zenith_radiance)?;
+    colour("render.sky.horizon_radiance", &render.sky.horizon_radiance)?;
+    for (index, light) in render.lights.iter().enumerate() {
+        let key = |field: &str| format!("render.light[{index}].{field}");
+        match light {
+            Light::Sphere { position_m, radius_m, radiance } => {
+                vector(&key("position_m"), position_m)?;
+                positive(&key("radius_m"), *radius_m)?;
+                colour(&key("radiance"), radiance)?;
+            }
+            Light::Rectangle { corner_m, edge_u_m, edge_v_m, radiance } => {
+                vector(&key("corner_m"), corner_m)?;
+                vector(&key("edge_u_m"), edge_u_m)?;
+                vector(&key("edge_v_m"), edge_v_m)?;
+                unit_or_longer(&key("edge_u_m x edge_v_m"), &cross(edge_u_m, edge_v_m))?;
+                colour(&key("radiance"), radiance)?;
+            }
+        }
+    }
+    for (name, look) in &render.looks {
+        for (field, albedo) in
+            [("albedo", Some(&look.albedo)), ("checker_albedo", look.checker_albedo.as_ref())]
+        {
+            if let Some(albedo) = albedo
+                && !albedo.iter().all(|share| (0.0..=1.0).contains(share))
+            {
+                let key = format!("render.look.{name}.{field}");
+                return Err(refuse(&key, format!("{albedo:?}"), "three numbers from 0 to 1"));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn radii(key: &dyn Fn(&str) -> String, major_m: f64, minor_m: f64) -> Result<(), SceneError> {
+    positive(&key("major_radius_m"), major_m)?;
+    positive(&key("minor_radius_m"), minor_m)?;
+    if minor_m >= major_m {
+        let expected = format!("less than major_radius_m = {major_m}");
+        return Err(refuse(&key("minor_radius_m"), minor_m, &expected));
+    }
+    Ok(())
+}
+
+fn positive(key: &str, value: f64) -> Result<(), SceneError> {
+    if value.is_normal() && value > 0.0 && value <= LENGTH_MAX_M * LENGTH_MAX_M {
+        return Ok(());
+    }
+    Err(refuse(key, value, "a positive number"))
+}
+
+fn not_negative(key: &str, value: f64) -> Result<(), SceneError> {
+    if value == 0.0 || positive(key, value).is_ok() {
+        return Ok(());
+    }
+    Err(refuse(key, value, "0 or a positive number"))
+}
+
+fn vector(key: &str, values: &[f64]) -> Result<(), SceneError> {
+    if values.iter().all(|value| value.abs() <= LENGTH_MAX_M) {
+        return Ok(());
+    }
+    Err(refuse(key, format!("{values:?}"), "finite numbers of at most 1e12"))
+}
+
+fn unit(key: &str, values: &[f64]) -> Result<(), SceneError> {
+    let length = norm(values);
+    if (length - 1.0).abs() <= 1e-6 {
+        return Ok(());
+    }
+    Err(refuse(key, format!("{values:?} (of length {length})"), "length 1, within 1e-6"))
+}
+
+fn unit_or_longer(key: &str, values: &[f64]) -> Result<(), SceneError> {
+    vector(key, values)?;
+    if norm(values) > 1e-150 {
+        return Ok(());
+    }
+    Err(refuse(key, format!("{values:?}"), "a direction, not zero"))
+}
+
+fn colour(key: &str, values: &[f64; 3]) -> Result<(), SceneError> {
+    if values.iter().all(|value| (0.0..=LENGTH_MAX_M).contains(value)) {
+        return Ok(());
+    }
+    Err(refuse(key, format!("{values:?}"), "three numbers of 0 or more"))
+}
+
+fn norm(values: &[f64]) -> f64 {
+    values.iter().map(|value| value * value).sum::<f64>().sqrt()
+}
+
+fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+fn refuse(key: &str, value: impl Display, expected: &str) -> SceneError {
+    SceneError::Value { key: key.to_owned(), value: value.to_string(), expected: expected.to_owned() }
+}

@@ -1,0 +1,78 @@
+//! The record of one step: counts, energies, audits and hashes. Small, one for every step, always.
+
+use crate::Hash;
+use serde::{Deserialize, Serialize};
+
+/// One line of a run's diary; JSON in the log, so that any MCAP viewer plots it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StepRecord {
+    /// Steps done; the initial state is step 0.
+    pub step: u64,
+    /// Simulated time in seconds.
+    pub sim_time_s: f64,
+    /// Pairs whose bounding spheres overlap.
+    pub candidate_pairs: u64,
+    /// Contacts: connected contact arcs and contact points.
+    pub contacts: u64,
+    /// Translational and rotational kinetic energy, in joules.
+    pub kinetic_energy_j: f64,
+    /// Potential energy in the field of gravity, zero at World's origin, in joules.
+    pub gravity_energy_j: f64,
+    /// Energy stored in the contacts' normal springs at the step's force evaluation, in joules.
+    pub contact_energy_j: f64,
+    /// Energy taken out by damping, friction and drag since step 0, in joules.
+    pub dissipated_energy_j: f64,
+    /// Largest penetration found by the force quadrature, in metres; 0 without contact.
+    pub penetration_m: f64,
+    /// The audit, made at frame times and at the last step.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub audit: Option<Audit>,
+    /// A hash per stage of the step, so that a difference has a place.
+    pub stages: StageHashes,
+    /// BLAKE3 of the state message, as in its header.
+    pub state_hash: Hash,
+    /// The chained hash up to this step.
+    pub chained_hash: Hash,
+}
+
+/// What is checked at each frame time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Audit {
+    /// Pairs of rings that were linked at step 0.
+    pub links: u64,
+    /// How many of them are still linked (closed form).
+    pub links_intact: u64,
+    /// Smallest gap between any two candidate bodies, in metres; negative is penetration. `None` without candidates.
+    pub gap_min_m: Option<f64>,
+}
+
+/// The stages of a step in their order; each is hashed on its own.
+///
+/// 64 bits of BLAKE3 as 16 hexadecimal digits. Equal inputs to a stage give equal hashes, so the first
+/// stage that differs between two runs is the one to look at.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StageHashes {
+    /// The sorted list of candidate pairs.
+    pub candidate_pairs: String,
+    /// Contact arcs and points: place, penetration, normal force.
+    pub contacts: String,
+    /// Force and torque on each body.
+    pub forces: String,
+    /// Bodies and contact history after the step: the first 16 digits of the state hash.
+    pub state: String,
+}
+
+impl StageHashes {
+    /// The stages' names and hashes in the order in which a step runs them.
+    pub fn in_order(&self) -> [(&'static str, &str); 4] {
+        [
+            ("candidate_pairs", &self.candidate_pairs),
+            ("contacts", &self.contacts),
+            ("forces", &self.forces),
+            ("state", &self.state),
+        ]
+    }
+}
+
+/// JSON Schema of [`StepRecord`], written beside its channel.
+pub const STEP_JSON_SCHEMA: &str = r#"{"title":"chainmail.Step","type":"object","properties":{"step":{"type":"integer"},"sim_time_s":{"type":"number"},"candidate_pairs":{"type":"integer"},"contacts":{"type":"integer"},"kinetic_energy_j":{"type":"number"},"gravity_energy_j":{"type":"number"},"contact_energy_j":{"type":"number"},"dissipated_energy_j":{"type":"number"},"penetration_m":{"type":"number"},"audit":{"type":"object","properties":{"links":{"type":"integer"},"links_intact":{"type":"integer"},"gap_min_m":{"type":["number","null"]}}},"stages":{"type":"object","properties":{"candidate_pairs":{"type":"string"},"contacts":{"type":"string"},"forces":{"type":"string"},"state":{"type":"string"}}},"state_hash":{"type":"string"},"chained_hash":{"type":"string"}}}"#;
