@@ -169,11 +169,25 @@ pub fn find_root<const N: usize>(
     coefficients: &[f64; N],
     mut accept: impl FnMut(f64) -> bool,
 ) -> Option<f64> {
-    match sign_changes(coefficients) {
-        0 => None,
-        1 => Some(isolated_root(coefficients)).filter(|&x| accept(x)),
-        _ => descend(coefficients, 0.0, 1.0, DEPTH_MAX, &mut accept),
+    visit(coefficients, 0.0, 1.0, DEPTH_MAX, &mut accept)
+}
+
+#[inline]
+fn visit<const N: usize>(
+    coefficients: &[f64; N],
+    start: f64,
+    width: f64,
+    depth: u32,
+    accept: &mut impl FnMut(f64) -> bool,
+) -> Option<f64> {
+    let changes = sign_changes(coefficients);
+    if changes == 0 {
+        return None;
     }
+    if changes == 1 || (depth == 0 && changes % 2 == 1) {
+        return Some(start + width * isolated_root(coefficients)).filter(|&x| accept(x));
+    }
+    if depth == 0 { None } else { descend(coefficients, start, width, depth, accept) }
 }
 
 fn descend<const N: usize>(
@@ -185,23 +199,15 @@ fn descend<const N: usize>(
 ) -> Option<f64> {
     let (left, right) = halves(coefficients);
     let half = 0.5 * width;
-    let mut visit = |part: &[f64; N], part_start: f64| match sign_changes(part) {
-        0 => None,
-        changes if changes == 1 || (depth == 1 && changes % 2 == 1) => {
-            Some(part_start + half * isolated_root(part)).filter(|&x| accept(x))
-        }
-        _ if depth == 1 => None,
-        _ => descend(part, part_start, half, depth - 1, accept),
-    };
     let middle = start + half;
-    if let Some(root) = visit(&left, start) {
+    if let Some(root) = visit(&left, start, half, depth - 1, accept) {
         return Some(root);
     }
     // A root exactly on the cut belongs to neither open half.
     if right[0] == 0.0 && sign_at_end(&left) * sign_at_start(&right) < 0.0 && accept(middle) {
         return Some(middle);
     }
-    visit(&right, middle)
+    visit(&right, middle, half, depth - 1, accept)
 }
 
 /// The root in `(0, 1)` of a polynomial whose signs just inside the two ends differ, by Newton's method

@@ -31,8 +31,7 @@ fn sum_of_product(a: f64, b: f64, c: f64) -> f64 {
     let (b_high, b_low) = split(b);
     let (c_high, c_low) = split(c);
     let product = b * c;
-    let product_error =
-        ((b_high * c_high - product) + b_high * c_low + b_low * c_high) + b_low * c_low;
+    let product_error = ((b_high * c_high - product) + b_high * c_low + b_low * c_high) + b_low * c_low;
     let sum = a + product;
     let virtual_product = sum - a;
     let sum_error = (a - (sum - virtual_product)) + (product - virtual_product);

@@ -167,11 +167,8 @@ pub fn normal(point: &Vec3, major_radius: f64) -> Vec3 {
 /// wire's centreline that of +z.
 pub fn closest_point(point: &Vec3, major_radius: f64, minor_radius: f64) -> Vec3 {
     let rho = (point.x * point.x + point.y * point.y).sqrt();
-    let radial = if rho > 0.0 {
-        Vec3::new(point.x / rho, point.y / rho, 0.0)
-    } else {
-        Vec3::new(1.0, 0.0, 0.0)
-    };
+    let radial =
+        if rho > 0.0 { Vec3::new(point.x / rho, point.y / rho, 0.0) } else { Vec3::new(1.0, 0.0, 0.0) };
     let centreline = radial * major_radius;
     let away = point - centreline;
     let length = away.norm();
