@@ -72,6 +72,14 @@ pub struct Time {
     pub frames_per_second: f64,
 }
 
+impl Scene {
+    /// Whether the log keeps the full state of a step: every `record.state_every` steps, at every frame (so
+    /// that the log can be rendered again), and at the last step.
+    pub fn state_is_recorded(&self, step: u64) -> bool {
+        step.is_multiple_of(self.record.state_every) || self.time.is_audited(step)
+    }
+}
+
 impl Time {
     fn default_frames_per_second() -> f64 {
         24.0
@@ -92,6 +100,11 @@ impl Time {
     /// The step at which a frame is taken: the one nearest to the frame's time.
     pub fn frame_step(&self, frame: u64) -> u64 {
         nearest(frame as f64 / (self.frames_per_second * self.time_step_s))
+    }
+
+    /// Whether a step is the run's last, or a frame is taken at it: the steps of the audits.
+    pub fn is_audited(&self, step: u64) -> bool {
+        step == self.step_count() || self.frame_at(step).is_some()
     }
 
     /// The frame that is taken at a step, if one is. (A time step longer than the time between frames
@@ -154,7 +167,7 @@ pub struct Forces {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Record {
-    /// A full state every so many steps (and at the last step); a step record for every step, always.
+    /// A full state every so many steps, at every frame and at the last step; a step record for every step, always.
     pub state_every: u64,
 }
 

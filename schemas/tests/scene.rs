@@ -1,0 +1,168 @@
+//! Scene files: what is read, what is refused, and how the refusal reads.
+
+use schemas::scene::{Scene, SceneError};
+
+const SMALL: &str = r#"
+[time]
+duration_s = 1.0
+time_step_s = 0.001
+
+[material.steel]
+
+[[weave]]
+pattern = "european-4-in-1"
+rows = 3
+columns = 2
+major_radius_m = 0.4
+minor_radius_m = 0.06
+ring_mass_kg = 0.01
+material = "steel"
+pins = [[0, 0], [0, 1]]
+
+[[ring]]
+major_radius_m = 0.4
+minor_radius_m = 0.06
+mass_kg = 0.01
+material = "steel"
+position_m = [9.0, -0.0, 0.0]
+"#;
+
+fn error(text: &str, overrides: &[&str]) -> String {
+    let overrides: Vec<_> = overrides.iter().map(|&text| text.to_owned()).collect();
+    Scene::parse(text, &overrides).expect_err("the scene should be refused").to_string()
+}
+
+fn parse(overrides: &[&str]) -> Scene {
+    let overrides: Vec<_> = overrides.iter().map(|&text| text.to_owned()).collect();
+    Scene::parse(SMALL, &overrides).expect("the small scene is right")
+}
+
+#[test]
+fn weaves_are_laid_out_before_explicit_rings() {
+    let scene = parse(&[]);
+    assert_eq!(scene.rings.len(), 7);
+    assert!(scene.weaves.is_empty());
+    let pinned: Vec<_> = scene.rings.iter().map(|ring| ring.pinned).collect();
+    assert_eq!(pinned, [true, true, false, false, false, false, false]);
+    assert_eq!(scene.rings[6].position_m[0], 9.0);
+    assert!(scene.rings[6].position_m[1].is_sign_positive(), "-0.0 is canonicalised");
+}
+
+#[test]
+fn resolved_scene_survives_json_bit_for_bit() {
+    let scene = parse(&["weave.0.rotation_rad=[0.1, 0.2, 0.3]", "time.time_step_s=0.00041666666666666664"]);
+    let text = serde_json::to_string(&scene).expect("a scene is JSON");
+    let back: Scene = serde_json::from_str(&text).expect("its own JSON");
+    assert_eq!(back, scene);
+    assert_eq!(serde_json::to_string(&back).expect("JSON"), text);
+    for (a, b) in scene.rings.iter().zip(&back.rings) {
+        assert_eq!(a.orientation.map(f64::to_bits), b.orientation.map(f64::to_bits));
+    }
+}
+
+#[test]
+fn overrides_reach_tables_and_lists() {
+    let scene = parse(&[
+        "time.duration_s=2",
+        "ring.0.pinned=true",
+        "material.steel.friction_coefficient=0.25",
+        "seed=7",
+    ]);
+    assert_eq!(scene.time.duration_s, 2.0);
+    assert!(scene.rings[6].pinned);
+    assert_eq!(scene.materials["steel"].friction_coefficient, 0.25);
+    assert_eq!(scene.seed, 7);
+    let changed = scene.with_render(&["render.samples_per_pixel=3".to_owned()]).expect("a key of render");
+    assert_eq!(changed.render.samples_per_pixel, 3);
+    assert_eq!(changed.rings, scene.rings);
+    assert!(scene.with_render(&["time.duration_s=3".to_owned()]).is_err());
+}
+
+#[test]
+fn refusals_name_key_value_and_expectation() {
+    for (overrides, parts) in [
+        (&["time.time_step_s=-0.001"][..], &["time.time_step_s", "-0.001", "positive"][..]),
+        (&["time.time_step_s=nan"], &["time.time_step_s", "NaN", "positive"]),
+        (&["time.time_step_s=5e-324"], &["time.time_step_s", "positive"]),
+        (&["time.duration_s=inf"], &["time.duration_s", "inf"]),
+        (&["ring.0.minor_radius_m=0.4"], &["ring[0].minor_radius_m", "0.4", "less than major_radius_m"]),
+        (&["ring.0.mass_kg=0"], &["ring[0].mass_kg", "positive"]),
+        (&["ring.0.orientation=[0.0,0.0,0.0,0.0]"], &["ring[0].orientation", "length 1"]),
+        (&["ring.0.position_m=[1e13,0.0,0.0]"], &["ring[0].position_m", "1e12"]),
+        (&["ring.0.material=\"stel\""], &["ring[0].material", "stel", "did you mean \"steel\"?"]),
+        (&["weave.0.pins=[[3,0]]"], &["weave[0].pins", "[3, 0]", "below [3, 2]"]),
+        (&["weave.0.rows=4294967295", "weave.0.columns=4294967295"], &["weave[0].rows", "at most"]),
+        (
+            &["material.steel.friction_coefficient=-1"],
+            &["material.steel.friction_coefficient", "0 or a positive"],
+        ),
+        (&["render.samples_per_pixel=0"], &["render.samples_per_pixel", "1 or more"]),
+        (&["render.camera.up=[0.0,0.0,1.0]"], &["render.camera.up", "along the view"]),
+        (&["time.durations=1"], &["unknown field `durations`", "did you mean \"duration_s\"?"]),
+        (&["time.duration=1"], &["did you mean \"duration_s\"?"]),
+        (&["time.duration_s"], &["key.path=value"]),
+        (&["ring.5.mass_kg=1"], &["there is no '5'"]),
+        (&["record.state_every=0"], &["record.state_every", "1 or more"]),
+    ] {
+        let message = error(SMALL, overrides);
+        for part in parts {
+            assert!(message.contains(part), "{overrides:?} says {message:?}, without {part:?}");
+        }
+    }
+}
+
+#[test]
+fn every_number_refuses_nan_and_infinity() {
+    let scene = parse(&[]);
+    let value = toml::Value::try_from(&scene).expect("a scene is TOML");
+    let mut paths = Vec::new();
+    numbers(&value, String::new(), &mut paths);
+    assert!(paths.len() > 80, "{} numbers were found", paths.len());
+    let text = toml::to_string(&scene).expect("a scene is TOML");
+    for path in &paths {
+        for bad in ["nan", "inf", "-inf"] {
+            let overrides = [format!("{path}={bad}")];
+            assert!(Scene::parse(&text, &overrides).is_err(), "{path} takes {bad}");
+        }
+    }
+}
+
+fn numbers(value: &toml::Value, path: String, paths: &mut Vec<String>) {
+    match value {
+        toml::Value::Float(_) => paths.push(path),
+        toml::Value::Array(items) => {
+            items
+                .iter()
+                .enumerate()
+                .for_each(|(index, item)| numbers(item, format!("{path}.{index}"), paths));
+        }
+        toml::Value::Table(table) => {
+            for (key, item) in table {
+                let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+                numbers(item, path, paths);
+            }
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn syntax_errors_have_a_place() {
+    let message = error("[time]\nduration_s = 1.0\ntime_step_s = 0.001\nframe_per_second = 24.0\n", &[]);
+    assert!(message.contains("line 4, column 1"), "{message}");
+    assert!(message.contains("did you mean \"frames_per_second\"?"), "{message}");
+    assert!(matches!(Scene::parse("[time", &[]), Err(SceneError::Syntax(_))));
+    assert!(error("", &[]).contains("missing field `time`"));
+}
+
+#[test]
+fn frames_lie_on_their_steps() {
+    let scene = parse(&["time.duration_s=2", "time.time_step_s=0.0005", "time.frames_per_second=24"]);
+    assert_eq!((scene.time.step_count(), scene.time.frame_count()), (4000, 48));
+    let frames: Vec<_> = (0..=4000).filter_map(|step| scene.time.frame_at(step)).collect();
+    assert_eq!(frames, (0..48).collect::<Vec<_>>());
+    assert_eq!(scene.time.frame_step(1), 83);
+    assert!(scene.state_is_recorded(83) && scene.state_is_recorded(4000));
+    let still = parse(&["time.duration_s=0"]);
+    assert_eq!((still.time.step_count(), still.time.frame_count()), (0, 1));
+}

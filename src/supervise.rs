@@ -1,0 +1,180 @@
+//! Starts the processes of a run, shows their progress, and ends all of them when one is lost.
+
+use crate::failure::{Exit, Failure};
+use crate::progress::{self, LINES_VARIABLE, Meter, Progress};
+use crate::stop;
+use indicatif::MultiProgress;
+use rustix::process::{Pid, Signal, kill_process};
+use schemas::topics::Role;
+use std::ffi::OsString;
+use std::io::{BufRead, BufReader, Read};
+use std::os::unix::process::ExitStatusExt;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// A process to start: this program again, with other arguments.
+pub struct Part {
+    /// Which part it plays.
+    pub role: Role,
+    /// What its progress counts.
+    pub unit: &'static str,
+    /// Verb and arguments.
+    pub arguments: Vec<OsString>,
+}
+
+/// After one process was lost, the others have this long to bring what they hold into safety.
+const GRACE: Duration = Duration::from_millis(1500);
+
+enum Report {
+    Progress(usize, Progress),
+    Diagnostic(usize, String),
+    Exited(usize, ExitStatus),
+}
+
+struct Running {
+    role: Role,
+    pid: Option<Pid>,
+    exited: Option<ExitStatus>,
+    killed_by_us: bool,
+    /// The lines it wrote to stderr.
+    diagnostics: Vec<String>,
+}
+
+/// Runs the parts to their end.
+///
+/// Returns the worst exit code of a run that ended by itself (0, or 1 for a run that its audits stopped). A
+/// part that is killed or fails in another way ends the whole run within [`GRACE`], as a [`Failure`] that
+/// names it.
+pub fn supervise(parts: Vec<Part>) -> Result<Exit, Failure> {
+    let program = std::env::current_exe()
+        .map_err(|error| Failure::lost(format!("cannot find this program's own file: {error}")))?;
+    let bars = progress::group();
+    let (sender, receiver) = channel();
+    let mut running = Vec::new();
+    let mut meters = Vec::new();
+    for (index, part) in parts.into_iter().enumerate() {
+        meters.push(Meter::in_group(&bars, part.role.name(), part.unit));
+        let spawned = Command::new(&program)
+            .args(&part.arguments)
+            .env(LINES_VARIABLE, "1")
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn();
+        match spawned {
+            Ok(child) => {
+                let pid = Pid::from_raw(child.id() as i32);
+                watch(index, child, sender.clone());
+                running.push(Running { role: part.role, pid, exited: None, killed_by_us: false, diagnostics: Vec::new() });
+            }
+            Err(error) => {
+                signal_all(&mut running, Signal::KILL);
+                return Err(Failure::lost(format!("cannot start the {}: {error}", part.role.name())));
+            }
+        }
+    }
+    drop(sender);
+    let first_failed = attend(&receiver, &mut running, &mut meters, &bars);
+    meters.iter().for_each(Meter::finish);
+    conclude(&running, first_failed)
+}
+
+/// Threads that turn what a child does into reports.
+fn watch(index: usize, mut child: Child, sender: Sender<Report>) {
+    if let Some(stdout) = child.stdout.take() {
+        let sender = sender.clone();
+        forward(stdout, move |line| match serde_json::from_str(&line) {
+            Ok(progress) => drop(sender.send(Report::Progress(index, progress))),
+            Err(_) => drop(sender.send(Report::Diagnostic(index, line))),
+        });
+    }
+    let diagnostics = child.stderr.take().map(|stderr| {
+        let sender = sender.clone();
+        forward(stderr, move |line| drop(sender.send(Report::Diagnostic(index, line))))
+    });
+    thread::spawn(move || {
+        let status = child.wait();
+        // What it said before it died is part of the report, so it comes first.
+        if let Some(thread) = diagnostics {
+            let _ = thread.join();
+        }
+        if let Ok(status) = status {
+            let _ = sender.send(Report::Exited(index, status));
+        }
+    });
+}
+
+fn forward(stream: impl Read + Send + 'static, send: impl Fn(String) + Send + 'static) -> thread::JoinHandle<()> {
+    thread::spawn(move || BufReader::new(stream).lines().map_while(Result::ok).for_each(send))
+}
+
+/// Follows the run until every process has ended; returns which one failed first.
+fn attend(
+    receiver: &Receiver<Report>,
+    running: &mut [Running],
+    meters: &mut [Meter],
+    bars: &MultiProgress,
+) -> Option<usize> {
+    let mut first_failed = None;
+    let mut deadline: Option<Instant> = None;
+    let mut interrupted = false;
+    while running.iter().any(|part| part.exited.is_none()) {
+        match receiver.recv_timeout(Duration::from_millis(50)) {
+            Ok(Report::Progress(index, progress)) => meters[index].show(progress),
+            Ok(Report::Diagnostic(index, line)) => {
+                bars.suspend(|| eprintln!("{}: {line}", running[index].role.name()));
+                running[index].diagnostics.push(line);
+            }
+            Ok(Report::Exited(index, status)) => {
+                running[index].exited = Some(status);
+                let fine = matches!(status.code(), Some(0 | 1));
+                if !fine && first_failed.is_none() {
+                    first_failed = Some(index);
+                    deadline = Some(Instant::now() + GRACE);
+                    signal_all(running, Signal::TERM);
+                }
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => break,
+        }
+        if stop::requested() && !interrupted {
+            interrupted = true;
+            signal_all(running, Signal::TERM);
+        }
+        if deadline.is_some_and(|deadline| Instant::now() > deadline) {
+            signal_all(running, Signal::KILL);
+        }
+    }
+    first_failed
+}
+
+fn signal_all(running: &mut [Running], signal: Signal) {
+    for part in running.iter_mut().filter(|part| part.exited.is_none()) {
+        part.killed_by_us |= signal == Signal::KILL;
+        if let Some(pid) = part.pid {
+            let _ = kill_process(pid, signal);
+        }
+    }
+}
+
+fn conclude(running: &[Running], first_failed: Option<usize>) -> Result<Exit, Failure> {
+    let Some(first) = first_failed else {
+        let stopped = running.iter().any(|part| part.exited.and_then(|status| status.code()) == Some(1));
+        return Ok(if stopped { Exit::Differs } else { Exit::Done });
+    };
+    // Of a process that was killed the others complain, and one of them may have been reaped before it.
+    let killed_by_others = |part: &&Running| {
+        part.exited.and_then(|status| status.signal()).is_some() && !part.killed_by_us
+    };
+    let part = running.iter().find(killed_by_others).unwrap_or(&running[first]);
+    let name = part.role.name();
+    let status = part.exited.unwrap_or_default();
+    let said = part.diagnostics.last().map_or(String::new(), |line| format!(": {}", line.trim_start_matches("error: ")));
+    Err(match (status.signal(), status.code()) {
+        (Some(signal), _) => Failure::lost(format!("the {name} was lost: killed by signal {signal}{said}")),
+        (None, Some(2)) => Failure::input(format!("the {name} refused its input{said}")),
+        (None, code) => Failure::lost(format!("the {name} ended with exit code {}{said}", code.unwrap_or(-1))),
+    })
+}
