@@ -1,1 +1,119 @@
-fn main() {}
+//! The command `chainmail`: one file per verb. It starts the three processes of a run by spawning itself.
+//!
+//! It knows no physics, no light and no bus protocol: everything is done by the libraries it calls.
+
+mod failure;
+mod movie;
+mod output;
+mod progress;
+mod scene_file;
+mod stop;
+mod supervise;
+
+mod diff;
+mod info;
+mod plan;
+mod record;
+#[cfg(feature = "render")]
+mod render;
+mod replay;
+#[cfg(feature = "render")]
+mod rerender;
+mod run;
+mod sim;
+mod verify;
+
+use clap::{Parser, Subcommand};
+use failure::{Exit, Outcome};
+use std::io::Write;
+use std::process::ExitCode;
+use tracing_subscriber::EnvFilter;
+
+/// Simulates, renders and records linked rings; every bit can be replayed.
+///
+/// A run is three processes over shared memory: a simulator, a renderer and a recorder. The log that they
+/// leave is enough to replay, render again, verify and compare the run, bit for bit.
+#[derive(Parser)]
+#[command(version, after_help = EXAMPLES, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  chainmail run scenes/drop.toml                 simulate, render and record; writes out/drop/
+  chainmail info out/drop/log.mcap               what is in a log
+  chainmail verify out/drop/log.mcap             simulate again and compare every step
+  chainmail diff a/log.mcap b/log.mcap           the first difference of two logs
+  chainmail rerender out/drop/log.mcap --out hi --set render.samples_per_pixel=256
+
+Exit codes: 0 done or same, 1 differs or stopped by an audit, 2 bad input, 3 damaged log or process lost.
+RUST_LOG=debug shows what the processes do.";
+
+#[derive(Subcommand)]
+enum Verb {
+    /// Do the main job: simulate, render and record a scene
+    Run(run::Arguments),
+    /// Start a simulator process on a bus
+    Sim(sim::Arguments),
+    /// Start a renderer process on a bus
+    #[cfg(feature = "render")]
+    Render(render::Arguments),
+    /// Start a recorder process on a bus
+    Record(record::Arguments),
+    /// Publish a log on a bus, as if it were simulated now
+    Replay(replay::Arguments),
+    /// Render a log again with other camera, light, looks or film
+    #[cfg(feature = "render")]
+    Rerender(rerender::Arguments),
+    /// Simulate a log's scene again and compare every step
+    Verify(verify::Arguments),
+    /// Find the first difference of two logs
+    Diff(diff::Arguments),
+    /// Say what is in a log
+    Info(info::Arguments),
+    /// Say what a scene needs, and what is left out
+    Plan(plan::Arguments),
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    let outcome = match cli.verb {
+        Verb::Run(arguments) => run::run(&arguments),
+        Verb::Sim(arguments) => sim::run(&arguments),
+        #[cfg(feature = "render")]
+        Verb::Render(arguments) => render::run(&arguments),
+        Verb::Record(arguments) => record::run(&arguments),
+        Verb::Replay(arguments) => replay::run(&arguments),
+        #[cfg(feature = "render")]
+        Verb::Rerender(arguments) => rerender::run(&arguments),
+        Verb::Verify(arguments) => verify::run(&arguments),
+        Verb::Diff(arguments) => diff::run(&arguments),
+        Verb::Info(arguments) => info::run(&arguments),
+        Verb::Plan(arguments) => plan::run(&arguments),
+    };
+    exit_code(outcome)
+}
+
+fn exit_code(outcome: Outcome) -> ExitCode {
+    let exit = outcome.unwrap_or_else(|failure| {
+        eprintln!("error: {}", failure.message);
+        failure.exit
+    });
+    ExitCode::from(exit as u8)
+}
+
+/// Prints a report; a reader that has gone away (`| head`) is not an error.
+fn print(report: &str) -> Outcome {
+    let mut stdout = std::io::stdout().lock();
+    let _ = writeln!(stdout, "{}", report.trim_end());
+    Ok(Exit::Done)
+}
+
+/// Prints a report as indented JSON.
+fn print_json(report: &impl serde::Serialize) -> Outcome {
+    print(&serde_json::to_string_pretty(report).map_err(failure::Failure::lost)?)
+}
