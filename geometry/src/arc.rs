@@ -98,6 +98,19 @@ impl Arc {
         Arc { mid_cos, mid_sin, half_tangent, connected: 0 }
     }
 
+    /// This arc and the one that begins where it ends as one, if together they are at most a quarter turn.
+    #[inline]
+    fn joined(&self, next: &Arc) -> Option<Arc> {
+        let (t, next_t) = (self.half_tangent, next.half_tangent);
+        let half_tangent = (t + next_t) / (1.0 - t * next_t);
+        if half_tangent > HALF_TANGENT_MAX {
+            return None;
+        }
+        let inverse = 1.0 / (1.0 + next_t * next_t);
+        let (mid_cos, mid_sin) = self.turned((1.0 - next_t * next_t) * inverse, 2.0 * next_t * inverse);
+        Some(Arc { mid_cos, mid_sin, half_tangent, connected: self.connected })
+    }
+
     /// The two halves, in ascending order of `t`.
     #[inline]
     fn halved(&self) -> [Arc; 2] {
@@ -405,15 +418,22 @@ impl Found {
     #[inline]
     fn add(&mut self, chart: &Arc, bounds: &[f64; 6], first: usize, end: usize, last: usize) {
         let goes_on = first == 0 && self.inside;
-        if !goes_on && self.arcs.count > 0 {
-            self.connected += 1;
-        }
         if first == 0 && self.arcs.count == 0 {
             self.began_inside = true;
         }
-        let piece =
+        let mut piece =
             if first == 0 && end == last { *chart } else { chart.between(bounds[first], bounds[end]) };
-        self.arcs.push(Arc { connected: self.connected, ..piece });
+        if goes_on {
+            let previous = &mut self.arcs.pieces[self.arcs.count - 1];
+            if let Some(joined) = previous.joined(&piece) {
+                *previous = joined;
+                return;
+            }
+        } else if self.arcs.count > 0 {
+            self.connected += 1;
+        }
+        piece.connected = self.connected;
+        self.arcs.push(piece);
     }
 
     /// The result, where the charts do not close the circle.
@@ -426,13 +446,17 @@ impl Found {
 
     /// The result, where the charts cover the whole circle: an arc across the seam is one arc.
     fn closed(mut self) -> Arcs {
-        if self.began_inside && self.inside && self.connected > 0 {
-            let count = self.arcs.count;
+        if self.began_inside && self.inside && self.arcs.count > 1 {
+            let last = self.arcs.count - 1;
             let seam = self.connected;
-            for piece in &mut self.arcs.pieces[..count] {
+            for piece in &mut self.arcs.pieces[..=last] {
                 if piece.connected == seam {
                     piece.connected = 0;
                 }
+            }
+            if let Some(joined) = self.arcs.pieces[last].joined(&self.arcs.pieces[0]) {
+                self.arcs.pieces[0] = joined;
+                self.arcs.count = last;
             }
         }
         self.open()

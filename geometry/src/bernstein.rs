@@ -28,6 +28,9 @@ pub const DEPTH_MAX: u32 = 30;
 /// doubles its digits each step, so the error left is of the order of the square of this.
 const STEP_MIN: f64 = 1.0 / (1u64 << 30) as f64;
 
+/// The iteration starts at least this far from the ends; see [`isolated_root`].
+const START_MIN: f64 = 1.0 / 16.0;
+
 /// Enough for bisection alone to reach the last bit, so the limit never decides a result.
 const NEWTON_STEPS_MAX: u32 = 64;
 
@@ -57,7 +60,7 @@ fn sign_changes_with_zeros<const N: usize>(coefficients: &[f64; N]) -> u32 {
         if (c < 0.0 && last > 0.0) || (c > 0.0 && last < 0.0) {
             changes += 1;
         }
-        if c < 0.0 || c > 0.0 {
+        if c != 0.0 {
             last = c;
         }
     }
@@ -95,8 +98,8 @@ fn first_sign<'a>(coefficients: impl Iterator<Item = &'a f64>) -> f64 {
 pub fn halves<const N: usize>(coefficients: &[f64; N]) -> ([f64; N], [f64; N]) {
     let mut left = [0.0; N];
     let mut right = *coefficients;
-    for i in 0..N {
-        left[i] = right[0];
+    for (i, first) in left.iter_mut().enumerate() {
+        *first = right[0];
         for j in 0..N - 1 - i {
             right[j] = 0.5 * (right[j] + right[j + 1]);
         }
@@ -115,9 +118,9 @@ pub fn to_power<const N: usize>(coefficients: &[f64; N]) -> [f64; N] {
         }
     }
     let mut binomial = 1.0;
-    for i in 1..N {
+    for (i, c) in power.iter_mut().enumerate().skip(1) {
         binomial = binomial * (N - i) as f64 / i as f64;
-        power[i] *= binomial;
+        *c *= binomial;
     }
     power
 }
@@ -136,9 +139,9 @@ pub fn from_power<const N: usize>(power: &[f64; N], start: f64, end: f64) -> [f6
         }
     }
     let mut scale = 1.0;
-    for i in 1..N {
+    for (i, value) in c.iter_mut().enumerate().skip(1) {
         scale = scale * (end - start) * i as f64 / (N - i) as f64;
-        c[i] *= scale;
+        *value *= scale;
     }
     for i in (0..N - 1).rev() {
         for j in i + 1..N {
@@ -218,10 +221,13 @@ pub fn isolated_root<const N: usize>(coefficients: &[f64; N]) -> f64 {
     let c = to_power(coefficients);
     let sign = sign_at_start(coefficients);
     let (mut low, mut high) = (0.0, 1.0);
-    // The chord's zero, or the middle where an end value is zero.
+    // The chord's zero, but not at an end: another root may lie on that end (a cut), so close that the
+    // value there is rounding noise, and the iteration would stop at it.
     let mut x = coefficients[0] / (coefficients[0] - coefficients[N - 1]);
-    if !(x > low && x < high) {
-        x = 0.5;
+    if !(x > START_MIN) {
+        x = START_MIN;
+    } else if x > 1.0 - START_MIN {
+        x = 1.0 - START_MIN;
     }
     for _ in 0..NEWTON_STEPS_MAX {
         let mut value = c[N - 1];

@@ -28,6 +28,9 @@
 //! assert_eq!(circle_circle_arcs(&a, &b, 0.81).iter().count(), 1);
 //! ```
 
+// `!(x > 0.0)` is meant as written: a NaN must take the branch that finds nothing.
+#![allow(clippy::neg_cmp_op_on_partial_ord)]
+
 pub mod aabb;
 pub mod arc;
 pub mod bernstein;
@@ -43,7 +46,7 @@ mod shift;
 
 pub use aabb::Aabb;
 pub use arc::{Arc, Arcs};
-pub use circle::{Circle, ClosestPoints};
+pub use circle::{Circle, ClosestPoints, closest_points, linked, point_circle_distance};
 pub use gauss::GaussRule;
 
 /// A vector or point of three `f64`; unit and frame as the place that uses it says.

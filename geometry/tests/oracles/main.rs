@@ -1,0 +1,12 @@
+//! The geometry against brute force: dense sampling, double sums and twice the precision.
+//!
+//! Every test prints what it measured beside the tolerance (`cargo test -p geometry -- --nocapture`).
+
+mod arcs;
+mod bernstein;
+mod closest;
+mod double_double;
+mod link;
+mod random;
+mod shapes;
+mod torus;
