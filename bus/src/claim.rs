@@ -1,0 +1,285 @@
+//! Who is on a bus: one locked file for each role.
+//!
+//! A process that plays a role holds an exclusive lock (`flock`) on the role's file as long as it lives.
+//! The system drops the lock at the very moment a process ends, however it ends, and keeps it while the
+//! process is stopped (`SIGSTOP`): so the lock tells the dead from the slow, and needs no clock.
+
+use crate::header::{ROLES, role_index};
+use crate::{BusError, BusName};
+use schemas::topics::Role;
+use std::fs::{DirBuilder, File, OpenOptions, TryLockError};
+use std::io::{ErrorKind, Write};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+/// How long a claim is tried again before the role counts as taken. Others hold a role's lock for moments
+/// only, to see whether it is alive (microseconds) or to clean up (milliseconds).
+const CLAIM_PATIENCE: Duration = Duration::from_millis(500);
+/// Pause between two tries.
+const CLAIM_PAUSE: Duration = Duration::from_millis(5);
+
+/// The lock files of a bus, open, none of them locked by this value.
+#[derive(Debug)]
+pub(crate) struct Roster([File; 3]);
+
+impl Roster {
+    fn open(root_dir: &Path) -> Result<Self, BusError> {
+        let open = |role| open_lock_file(&lock_path(root_dir, role));
+        Ok(Roster([open(ROLES[0])?, open(ROLES[1])?, open(ROLES[2])?]))
+    }
+
+    /// Whether a living process plays `role`; one that is stopped by a signal lives.
+    pub(crate) fn alive(&self, role: Role) -> bool {
+        let file = &self.0[role_index(role)];
+        match file.try_lock_shared() {
+            Ok(()) => {
+                // Nothing can be done about a failure, and the lock goes with the file at the latest.
+                let _ = file.unlock();
+                false
+            }
+            Err(TryLockError::WouldBlock) => true,
+            // Interrupted or out of lock memory: not a proof of death.
+            Err(TryLockError::Error(_)) => true,
+        }
+    }
+}
+
+/// A role held by this process. Dropping it frees the role and, when no other role is held, removes what
+/// the bus has left in the file system.
+#[derive(Debug)]
+pub(crate) struct Claim {
+    name: BusName,
+    role: Role,
+    roster: Arc<Roster>,
+    /// Locked as long as the claim lives.
+    _locked: File,
+}
+
+impl Claim {
+    /// Takes `role` on the bus; removes leftovers of dead processes when nobody else is on it.
+    pub(crate) fn take(name: &BusName, role: Role) -> Result<Self, BusError> {
+        let root_dir = name.root_dir();
+        let path = lock_path(&root_dir, role);
+        let begin = Instant::now();
+        let mut locked = loop {
+            if let Some(file) = try_claim(&root_dir, &path)? {
+                break file;
+            }
+            if begin.elapsed() > CLAIM_PATIENCE {
+                let process = std::fs::read_to_string(&path).unwrap_or_default();
+                let process = if process.is_empty() { "?".to_owned() } else { process };
+                return Err(BusError::NameInUse { name: name.to_string(), role, process });
+            }
+            std::thread::sleep(CLAIM_PAUSE);
+        };
+        // The number is only for the message to who finds the role taken.
+        let written = locked.set_len(0).and_then(|()| write!(locked, "{}", std::process::id()));
+        written.map_err(|source| file_error("writing", &path, source))?;
+        let roster = Arc::new(Roster::open(&root_dir)?);
+        if let Some(_others) = lock_all(&roster, Some(role)) {
+            wipe(name)?;
+        }
+        Ok(Claim { name: name.clone(), role, roster, _locked: locked })
+    }
+
+    /// Who else is there.
+    pub(crate) fn roster(&self) -> Arc<Roster> {
+        Arc::clone(&self.roster)
+    }
+}
+
+impl Drop for Claim {
+    fn drop(&mut self) {
+        if let Some(_others) = lock_all(&self.roster, Some(self.role))
+            && let Err(error) = wipe(&self.name).and_then(|()| remove_root_dir(&self.name))
+        {
+            tracing::warn!("leftovers of bus {} stay: {error}", self.name);
+        }
+    }
+}
+
+/// Removes what the bus `name` has left behind, unless a living process is on it. Returns whether nothing
+/// of it is left.
+///
+/// # Errors
+/// [`BusError::File`] when a file cannot be removed.
+pub(crate) fn clean_up(name: &BusName) -> Result<bool, BusError> {
+    let root_dir = name.root_dir();
+    if !root_dir.exists() {
+        return Ok(true);
+    }
+    let roster = match Roster::open(&root_dir) {
+        Ok(roster) => roster,
+        // The last process removed the directory in between.
+        Err(BusError::File { source, .. }) if source.kind() == ErrorKind::NotFound => return Ok(true),
+        Err(error) => return Err(error),
+    };
+    let Some(_all) = lock_all(&roster, None) else { return Ok(false) };
+    // A lock on a file that is no longer at its place protects nothing.
+    for role in ROLES {
+        if !is_at(&roster.0[role_index(role)], &lock_path(&root_dir, role)) {
+            return Ok(!root_dir.exists());
+        }
+    }
+    wipe(name)?;
+    remove_root_dir(name)?;
+    Ok(true)
+}
+
+/// Locks on roles; freed when dropped.
+struct Locks<'a>(Vec<&'a File>);
+
+impl Drop for Locks<'_> {
+    fn drop(&mut self) {
+        for file in &self.0 {
+            let _ = file.unlock();
+        }
+    }
+}
+
+/// Locks all roles but `own`; `None` when one of them is held.
+fn lock_all(roster: &Roster, own: Option<Role>) -> Option<Locks<'_>> {
+    let mut locks = Locks(Vec::new());
+    for role in ROLES.into_iter().filter(|role| Some(*role) != own) {
+        let file = &roster.0[role_index(role)];
+        file.try_lock().ok()?;
+        locks.0.push(file);
+    }
+    Some(locks)
+}
+
+fn lock_path(root_dir: &Path, role: Role) -> PathBuf {
+    root_dir.join(format!("{}.lock", role.name()))
+}
+
+fn open_lock_file(path: &Path) -> Result<File, BusError> {
+    OpenOptions::new()
+        .create(true)
+        .truncate(false)
+        .write(true)
+        .mode(0o600)
+        .open(path)
+        .map_err(|source| file_error("opening", path, source))
+}
+
+/// One try to lock the role's file; `None` when it is held, or was removed at this moment.
+fn try_claim(root_dir: &Path, path: &Path) -> Result<Option<File>, BusError> {
+    // Only the owner may enter: whatever lies below is private, whatever its own mode is.
+    match DirBuilder::new().mode(0o700).create(root_dir) {
+        Err(source) if source.kind() != ErrorKind::AlreadyExists => {
+            return Err(file_error("creating", root_dir, source));
+        }
+        _ => {}
+    }
+    let file = match open_lock_file(path) {
+        Err(BusError::File { source, .. }) if source.kind() == ErrorKind::NotFound => return Ok(None),
+        opened => opened?,
+    };
+    match file.try_lock() {
+        Ok(()) => Ok(is_at(&file, path).then_some(file)),
+        Err(TryLockError::WouldBlock) => Ok(None),
+        Err(TryLockError::Error(source)) => Err(file_error("locking", path, source)),
+    }
+}
+
+/// Whether the open file is still the one at `path`.
+fn is_at(file: &File, path: &Path) -> bool {
+    match (file.metadata(), std::fs::metadata(path)) {
+        (Ok(open), Ok(there)) => (open.dev(), open.ino()) == (there.dev(), there.ino()),
+        _ => false,
+    }
+}
+
+/// Removes the bus's shared memory and all in its directory but the lock files. All roles are locked.
+fn wipe(name: &BusName) -> Result<(), BusError> {
+    let prefix = name.shared_memory_prefix();
+    remove_entries(Path::new("/dev/shm"), |entry| entry.starts_with(&prefix))?;
+    remove_entries(&name.root_dir(), |entry| !entry.ends_with(".lock"))
+}
+
+fn remove_entries(directory: &Path, chosen: impl Fn(&str) -> bool) -> Result<(), BusError> {
+    let entries = match std::fs::read_dir(directory) {
+        Err(source) if source.kind() == ErrorKind::NotFound => return Ok(()),
+        entries => entries.map_err(|source| file_error("reading", directory, source))?,
+    };
+    for entry in entries {
+        let entry = entry.map_err(|source| file_error("reading", directory, source))?;
+        if !entry.file_name().to_str().is_some_and(&chosen) {
+            continue;
+        }
+        let path = entry.path();
+        let is_dir = entry.file_type().is_ok_and(|kind| kind.is_dir());
+        let removed = if is_dir { std::fs::remove_dir_all(&path) } else { std::fs::remove_file(&path) };
+        match removed {
+            Err(source) if source.kind() != ErrorKind::NotFound => {
+                return Err(file_error("removing", &path, source));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// Removes the bus's directory with the lock files. All roles are locked.
+///
+/// It is moved away first: whoever joins at this moment finds either the locked files or no directory, and
+/// never has a new lock file removed from under it.
+fn remove_root_dir(name: &BusName) -> Result<(), BusError> {
+    static COUNTER: AtomicU32 = AtomicU32::new(0);
+    let root_dir = name.root_dir();
+    let counter = COUNTER.fetch_add(1, Ordering::Relaxed);
+    let suffix = format!("chainmail-{name}.gone-{}-{counter}", std::process::id());
+    let gone = root_dir.with_file_name(suffix);
+    std::fs::rename(&root_dir, &gone).map_err(|source| file_error("moving", &root_dir, source))?;
+    std::fs::remove_dir_all(&gone).map_err(|source| file_error("removing", &gone, source))
+}
+
+fn file_error(action: &'static str, path: &Path, source: std::io::Error) -> BusError {
+    BusError::File { action, path: path.to_owned(), source }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_role_is_held_once_and_free_after() {
+        let name = BusName::unique();
+        let claim = Claim::take(&name, Role::Recorder).unwrap();
+        let error = Claim::take(&name, Role::Recorder).unwrap_err().to_string();
+        let process = std::process::id().to_string();
+        for word in [name.as_str(), "in use", "recorder", &process] {
+            assert!(error.contains(word), "{error}");
+        }
+        assert!(claim.roster().alive(Role::Recorder) && !claim.roster().alive(Role::Simulator));
+        let other = Claim::take(&name, Role::Simulator).unwrap();
+        assert!(claim.roster().alive(Role::Simulator));
+        drop(claim);
+        assert!(!other.roster().alive(Role::Recorder));
+        assert!(name.root_dir().exists());
+        drop(other);
+        assert!(!name.root_dir().exists());
+    }
+
+    #[test]
+    fn leftovers_are_removed_only_when_nobody_is_there() {
+        let name = BusName::unique();
+        let shared = Path::new("/dev/shm").join(format!("{}left", name.shared_memory_prefix()));
+        std::fs::create_dir(name.root_dir()).unwrap();
+        std::fs::write(name.root_dir().join("left"), "").unwrap();
+        std::fs::write(&shared, "").unwrap();
+        let claim = Claim::take(&name, Role::Renderer).unwrap();
+        assert!(!shared.exists() && !name.root_dir().join("left").exists());
+        std::fs::write(&shared, "").unwrap();
+        assert!(!clean_up(&name).unwrap());
+        let other = Claim::take(&name, Role::Simulator).unwrap();
+        drop(other);
+        assert!(shared.exists(), "removed under a living process");
+        drop(claim);
+        assert!(!shared.exists());
+        assert!(clean_up(&name).unwrap());
+    }
+}

@@ -1,0 +1,318 @@
+//! The sending side of a topic.
+
+use crate::bus::{ATTEMPTS, Shared, TopicService, attempt};
+use crate::claim::Roster;
+use crate::header::*;
+use crate::{Bus, BusError};
+use iceoryx2::port::update_connections::UpdateConnections;
+use iceoryx2::port::{BackpressureAction, SendError};
+use iceoryx2::prelude::*;
+use schemas::topics::{Role, Topic};
+use std::rc::Rc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+type Port = iceoryx2::port::publisher::Publisher<ipc::Service, [u8], MessageHeader>;
+
+/// How long a full queue is waited for once a stop was asked for: long enough for a subscriber that is
+/// at work to make room for the last messages, short enough for a person who pressed Ctrl-C.
+const STOP_PATIENCE: Duration = Duration::from_millis(500);
+
+/// The sending side of a topic. Dropping it without [`finish`](Publisher::finish) tells the subscribers
+/// that the topic was broken off.
+#[derive(Debug)]
+pub struct Publisher {
+    /// `None` while it has to be made anew.
+    port: Option<Port>,
+    service: TopicService,
+    topic: &'static Topic,
+    subscribers: Vec<Role>,
+    message_bytes: usize,
+    stage: Stage,
+    /// Number of the next message.
+    sequence: u64,
+    shared: Rc<Shared>,
+}
+
+/// How far a publisher is.
+#[derive(Debug)]
+enum Stage {
+    /// The subscribers are not all there, or have not all answered.
+    Connecting {
+        /// Number of the latest hello, from 0 for none.
+        round: u64,
+        /// The subscriber ports that the latest hello went to, ordered by role.
+        greeted: Vec<(Role, u128)>,
+        /// Who has answered it.
+        answered: Vec<Role>,
+    },
+    /// Messages may be sent.
+    Open,
+    /// A message could not be delivered to everyone, so none may follow it.
+    Broken,
+}
+
+impl Publisher {
+    /// Opens the sending side of `topic` for the `subscribers` that take part in this run, some or all of
+    /// those in the manifest. Connect it with [`Bus::handshake`] before the first message.
+    ///
+    /// `message_bytes` is the size of a place in the queue: choose the size of a usual large message.
+    /// A longer message is not an error: it travels in several pieces, one place each.
+    ///
+    /// # Errors
+    /// [`BusError::SharedMemoryTooSmall`] when the queue does not fit, [`BusError::Transport`].
+    ///
+    /// # Panics
+    /// If this process does not publish the topic, a subscriber does not subscribe to it by the
+    /// manifest, or `message_bytes` is 0.
+    pub fn open(
+        bus: &Bus,
+        topic: &'static Topic,
+        subscribers: &[Role],
+        message_bytes: usize,
+    ) -> Result<Publisher, BusError> {
+        let shared = Rc::clone(&bus.0);
+        assert_eq!(topic.publisher, shared.role, "topic {}", topic.name);
+        assert!(message_bytes > 0, "topic {}: message_bytes is 0", topic.name);
+        let mut subscribers = subscribers.to_vec();
+        subscribers.sort();
+        subscribers.dedup();
+        for role in &subscribers {
+            assert!(topic.subscribers.contains(role), "topic {}: {} is no subscriber", topic.name, role.name());
+        }
+        check_shared_memory(topic, message_bytes)?;
+        let service = shared.topic_service(topic)?;
+        let stage = Stage::Connecting { round: 0, greeted: Vec::new(), answered: Vec::new() };
+        Ok(Publisher { port: None, service, topic, subscribers, message_bytes, stage, sequence: 0, shared })
+    }
+
+    /// One round of the handshake; returns who is still missing.
+    pub(crate) fn shake_hands(&mut self) -> Result<Vec<Role>, BusError> {
+        let present = self.subscriber_ports();
+        let Stage::Connecting { round, greeted, answered } = &mut self.stage else { return Ok(Vec::new()) };
+        for role in &self.subscribers {
+            if *round > 0 && self.shared.take_answer(answer_event(self.topic, *role, *round)) {
+                answered.push(*role);
+            }
+        }
+        if *greeted == present && answered.len() == self.subscribers.len() {
+            self.stage = Stage::Open;
+            self.deliver(KIND_START, 0, 0, &[])?;
+            return Ok(Vec::new());
+        }
+        let roles: Vec<Role> = present.iter().map(|(role, _)| *role).collect();
+        if *greeted != present && roles == self.subscribers {
+            // Subscribers came or went: all answers so far are void, and everyone is asked again.
+            *round += 1;
+            *greeted = present;
+            answered.clear();
+            let round = *round;
+            for role in &self.subscribers {
+                self.shared.take_answer(answer_event(self.topic, *role, round));
+            }
+            self.greet(round)?;
+        } else if self.port.is_none() {
+            self.port = Some(self.make_port()?);
+        }
+        let Stage::Connecting { answered, .. } = &self.stage else { return Ok(Vec::new()) };
+        Ok(self.subscribers.iter().copied().filter(|role| !answered.contains(role)).collect())
+    }
+
+    /// Says hello to all subscriber ports. A hello waits in a new port's queue until its process looks.
+    fn greet(&mut self, round: u64) -> Result<(), BusError> {
+        let port = match self.port.take() {
+            Some(port) => port,
+            None => self.make_port()?,
+        };
+        let reached = port.update_connections().is_ok().then(|| {
+            let header = MessageHeader { sequence: round, kind: KIND_HELLO, ..Default::default() };
+            send_piece(&port, header, &[])
+        });
+        match reached {
+            Some(Ok(count)) if count == self.subscribers.len() => self.port = Some(port),
+            // A connection could not be made. iceoryx2 does not try again, so the port is made anew.
+            _ => {
+                drop(port);
+                if let Stage::Connecting { greeted, .. } = &mut self.stage {
+                    greeted.clear();
+                }
+            }
+        }
+        self.wake_all()
+    }
+
+    fn make_port(&self) -> Result<Port, BusError> {
+        let pressure =
+            Pressure { roster: self.shared.roster.clone(), stop: self.shared.stop.clone(), subscribers: self.subscribers.clone() };
+        attempt(|| {
+            let pressure = pressure.clone();
+            self.service
+                .publisher_builder()
+                .initial_max_slice_len(self.message_bytes)
+                .max_loaned_samples(1)
+                .allocation_strategy(AllocationStrategy::Static)
+                .backpressure_strategy(BackpressureStrategy::RetryUntilDelivered)
+                .set_backpressure_handler(move |info| pressure.action(info.elapsed_time))
+                .create()
+        })
+        .map_err(|reason| BusError::transport(format!("publishing topic {}", self.topic.name), reason))
+    }
+
+    /// The ports that receive this topic, ordered by role.
+    fn subscriber_ports(&self) -> Vec<(Role, u128)> {
+        let mut ports = Vec::new();
+        self.service.dynamic_config().list_subscribers(|details| {
+            let role = ROLES.into_iter().find(|role| role.name().as_bytes() == details.subscriber_name.as_bytes());
+            ports.extend(role.map(|role| (role, details.subscriber_id.value())));
+            CallbackProgression::Continue
+        });
+        ports.sort();
+        ports
+    }
+
+    /// Sends a message to every subscriber; waits while a queue is full. `log_time_ns` is simulated time
+    /// in nanoseconds.
+    ///
+    /// # Errors
+    /// [`BusError::PeerLost`] when a subscriber has died or has closed the topic (found at once while
+    /// waiting, else with the next message), [`BusError::Stopped`] when a stop was asked for and a queue
+    /// stays full. The message has not reached everyone then, and the publisher accepts no further one.
+    ///
+    /// # Panics
+    /// If the handshake was not done, or an earlier message failed.
+    pub fn send(&mut self, log_time_ns: u64, message: &[u8]) -> Result<(), BusError> {
+        assert!(matches!(self.stage, Stage::Open), "topic {}: {:?}", self.topic.name, self.stage);
+        self.deliver(KIND_DATA, self.sequence, log_time_ns, message)?;
+        self.sequence += 1;
+        Ok(())
+    }
+
+    /// Messages sent so far.
+    pub fn message_count(&self) -> u64 {
+        self.sequence
+    }
+
+    /// Tells the subscribers that no message follows, and how many there were. It waits for a place in
+    /// their queues, not until they have read: they keep what is queued when this process ends.
+    ///
+    /// # Errors
+    /// As [`send`](Publisher::send); a publisher that has failed before only says so to the subscribers.
+    ///
+    /// # Panics
+    /// If the handshake was not done.
+    pub fn finish(mut self) -> Result<u64, BusError> {
+        match self.stage {
+            Stage::Connecting { .. } => panic!("topic {}: finished before the handshake", self.topic.name),
+            Stage::Broken => Err(self.lost_or_stopped()),
+            Stage::Open => self.deliver(KIND_END, self.sequence, 0, &[]).map(|()| self.sequence),
+        }
+    }
+
+    fn deliver(&mut self, kind: u32, sequence: u64, log_time_ns: u64, message: &[u8]) -> Result<(), BusError> {
+        if self.subscribers.is_empty() {
+            return Ok(());
+        }
+        let mut offset = 0;
+        loop {
+            let piece_bytes = if message.len() - offset < self.message_bytes { message.len() - offset } else { self.message_bytes };
+            let header = MessageHeader {
+                sequence,
+                log_time_ns,
+                offset: offset as u64,
+                message_bytes: message.len() as u64,
+                kind,
+                reserved: 0,
+            };
+            self.deliver_piece(header, &message[offset..offset + piece_bytes])?;
+            offset += piece_bytes;
+            if offset == message.len() {
+                return self.wake_all();
+            }
+        }
+    }
+
+    /// Delivers one piece to every subscriber or breaks the publisher.
+    ///
+    /// A signal can interrupt a blocked delivery after some subscribers have the piece: it is sent again to
+    /// all, and those who have it already drop the second copy by its number.
+    fn deliver_piece(&mut self, header: MessageHeader, piece: &[u8]) -> Result<(), BusError> {
+        let mut last_error = None;
+        for _ in 0..ATTEMPTS {
+            if self.subscribers.iter().any(|role| !self.shared.roster.alive(*role)) {
+                break;
+            }
+            let Some(port) = &self.port else { break };
+            match send_piece(port, header, piece) {
+                Ok(count) if count == self.subscribers.len() => return Ok(()),
+                Ok(_) | Err(SendError::UnableToDeliver) => break,
+                Err(reason) => last_error = Some(reason),
+            }
+        }
+        self.stage = Stage::Broken;
+        match last_error {
+            Some(reason) if self.missing_role().is_none() && !self.shared.stopped() => {
+                Err(BusError::transport(format!("sending on topic {}", self.topic.name), reason))
+            }
+            _ => Err(self.lost_or_stopped()),
+        }
+    }
+
+    /// A subscriber that has died or has closed the topic.
+    fn missing_role(&self) -> Option<Role> {
+        let present = self.subscriber_ports();
+        let there = |role: Role| {
+            self.shared.roster.alive(role) && present.iter().any(|(port_role, _)| *port_role == role)
+        };
+        self.subscribers.iter().copied().find(|role| !there(*role))
+    }
+
+    fn lost_or_stopped(&self) -> BusError {
+        let topic = self.topic.name;
+        match self.missing_role() {
+            Some(role) => BusError::PeerLost { topic, role, messages: self.sequence },
+            None => BusError::Stopped { waiting_for: format!("a place in the queue of topic {topic}") },
+        }
+    }
+
+    fn wake_all(&self) -> Result<(), BusError> {
+        self.subscribers.iter().try_for_each(|role| self.shared.notify(*role, EVENT_LOOK))
+    }
+}
+
+/// What decides, again and again while a queue is full, whether to go on waiting.
+#[derive(Clone, Debug)]
+struct Pressure {
+    roster: std::sync::Arc<Roster>,
+    stop: std::sync::Arc<std::sync::atomic::AtomicBool>,
+    subscribers: Vec<Role>,
+}
+
+impl Pressure {
+    fn action(&self, waited: Duration) -> BackpressureAction {
+        let lost = self.subscribers.iter().any(|role| !self.roster.alive(*role));
+        if lost || (self.stop.load(Ordering::Relaxed) && waited >= STOP_PATIENCE) {
+            BackpressureAction::DiscardDataAndFail
+        } else {
+            BackpressureAction::Retry
+        }
+    }
+}
+
+/// Returns how many ports got the piece.
+fn send_piece(port: &Port, header: MessageHeader, piece: &[u8]) -> Result<usize, SendError> {
+    let mut sample = port.loan_slice_uninit(piece.len())?;
+    *sample.user_header_mut() = header;
+    sample.write_from_slice(piece).send()
+}
+
+/// Refuses a queue that does not fit: without room, the system kills the process that first touches it.
+fn check_shared_memory(topic: &Topic, message_bytes: usize) -> Result<(), BusError> {
+    let Ok(free) = rustix::fs::statvfs("/dev/shm") else { return Ok(()) };
+    let places = topic.subscribers.len() * (topic.queue + 1) + 1;
+    let bytes = places as u64 * message_bytes as u64;
+    let bytes_free = free.f_bavail.saturating_mul(free.f_frsize);
+    if bytes > bytes_free {
+        return Err(BusError::SharedMemoryTooSmall { topic: topic.name, bytes, bytes_free });
+    }
+    Ok(())
+}
