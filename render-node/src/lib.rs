@@ -1,1 +1,48 @@
-//! Being written.
+//! An exact, deterministic path tracer of rings, spheres and planes.
+//!
+//! Tori are not approximated: a ray meets the surface itself (see [`geometry::torus`]). A frame is a function of
+//! the scene, the state, the frame's number and the seed; the number of threads does not change a bit of it.
+//!
+//! ```
+//! use render_node::{RenderModel, render};
+//! use schemas::{scene::Scene, state::BodyState};
+//! use std::num::NonZeroUsize;
+//!
+//! let scene = r#"
+//!     time = { duration_s = 0.0, time_step_s = 0.001 }
+//!     material.steel = {}
+//!     ring = [{ major_radius_m = 1.0, minor_radius_m = 0.2, mass_kg = 1.0, material = "steel", position_m = [0, 0, 0] }]
+//!     render = { width_px = 8, height_px = 8, samples_per_pixel = 4 }
+//! "#;
+//! let scene = Scene::parse(scene, &[])?;
+//! let (model, plan) = RenderModel::compile(&scene);
+//! assert!(plan.needs("light/sky") && !plan.needs("light/area"));
+//! let bodies = [BodyState { orientation: [0.0, 0.0, 0.0, 1.0], ..Default::default() }];
+//! let film = render(&model, &bodies, 0, scene.seed, NonZeroUsize::MIN)?;
+//! assert_eq!(film.hash(), render(&model, &bodies, 0, scene.seed, NonZeroUsize::new(3).unwrap())?.hash());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+// `!(x > 0.0)` is meant as written: a NaN must take the branch that finds nothing.
+#![allow(clippy::neg_cmp_op_on_partial_ord)]
+
+mod bvh;
+mod camera;
+mod film;
+mod frame;
+mod light;
+mod model;
+mod path;
+mod picture;
+mod sampler;
+mod world;
+
+pub mod warp;
+
+pub use film::{Film, SamplePlace};
+pub use frame::render;
+pub use model::RenderModel;
+pub use path::Ray;
+pub use picture::{png_bytes, srgb_bytes, srgb_code};
+pub use sampler::Sampler;
+pub use world::{Hit, PoseError, World};

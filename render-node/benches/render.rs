@@ -1,0 +1,51 @@
+//! Renders one frame of the drop scene's first state on one core and prints rays per second and the film's hash.
+//!
+//! `cargo bench -p render-node --bench render [-- KEY=VALUE ..]` with keys as `render.samples_per_pixel=16`.
+
+use render_node::{RenderModel, render};
+use schemas::scene::Scene;
+use schemas::state::BodyState;
+use std::num::NonZeroUsize;
+use std::time::Instant;
+
+/// Stands in for `scenes/drop.toml` where that is not at hand.
+const DROP: &str = include_str!("drop.toml");
+
+fn main() {
+    let overrides: Vec<String> = std::env::args().skip(1).filter(|argument| argument.contains('=')).collect();
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/drop.toml");
+    let text = std::fs::read_to_string(file).unwrap_or_else(|_| DROP.to_owned());
+    for text in [DROP, &text] {
+        let scene = Scene::parse(text, &overrides).expect("the scene is valid");
+        let (model, _) = RenderModel::compile(&scene);
+        let bodies = initial_state(&scene);
+        let mut best = f64::INFINITY;
+        for _ in 0..3 {
+            let start = Instant::now();
+            let film = render(&model, &bodies, 0, scene.seed, NonZeroUsize::MIN).expect("the state is the scene's");
+            let seconds = start.elapsed().as_secs_f64();
+            best = if seconds < best { seconds } else { best };
+            println!(
+                "{} rings, {} rays, {seconds:.3} s, {:.2} million rays/s on one core, film {}",
+                scene.rings.len(),
+                film.rays,
+                film.rays as f64 / seconds * 1e-6,
+                film.hash().short(),
+            );
+        }
+    }
+}
+
+fn initial_state(scene: &Scene) -> Vec<BodyState> {
+    let rings = scene.rings.iter().map(|ring| BodyState {
+        position_m: ring.position_m,
+        orientation: ring.orientation,
+        ..Default::default()
+    });
+    let spheres = scene.spheres.iter().map(|sphere| BodyState {
+        position_m: sphere.position_m,
+        orientation: [0.0, 0.0, 0.0, 1.0],
+        ..Default::default()
+    });
+    rings.chain(spheres).collect()
+}

@@ -1,0 +1,40 @@
+//! Renders the initial state of a scene file to a PNG: `cargo run --release --example still -- SCENE PNG [KEY=VALUE ..]`.
+
+use render_node::{RenderModel, png_bytes, render};
+use schemas::scene::Scene;
+use schemas::state::BodyState;
+use std::num::NonZeroUsize;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let (Some(scene), Some(picture)) = (arguments.next(), arguments.next()) else {
+        return Err("usage: still SCENE PNG [KEY=VALUE ..]".into());
+    };
+    let overrides: Vec<String> = arguments.collect();
+    let scene = Scene::parse(&std::fs::read_to_string(scene)?, &overrides)?;
+    let (model, _) = RenderModel::compile(&scene);
+    let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    let start = std::time::Instant::now();
+    let film = render(&model, &initial_state(&scene), 0, scene.seed, threads)?;
+    let seconds = start.elapsed().as_secs_f64();
+    println!("{} rays, {seconds:.2} s, film {}", film.rays, film.hash().short());
+    std::fs::write(picture, png_bytes(&film, scene.render.exposure)?)?;
+    Ok(())
+}
+
+/// The bodies of a scene where they begin.
+fn initial_state(scene: &Scene) -> Vec<BodyState> {
+    let rings = scene.rings.iter().map(|ring| BodyState {
+        position_m: ring.position_m,
+        orientation: ring.orientation,
+        linear_velocity_m_per_s: ring.linear_velocity_m_per_s,
+        angular_velocity_rad_per_s: ring.angular_velocity_rad_per_s,
+    });
+    let spheres = scene.spheres.iter().map(|sphere| BodyState {
+        position_m: sphere.position_m,
+        orientation: [0.0, 0.0, 0.0, 1.0],
+        linear_velocity_m_per_s: sphere.linear_velocity_m_per_s,
+        angular_velocity_rad_per_s: sphere.angular_velocity_rad_per_s,
+    });
+    rings.chain(spheres).collect()
+}

@@ -1,0 +1,296 @@
+//! A tree of boxes over the bodies, four children to a node.
+//!
+//! The tree only culls: its boxes are in `f32` and wider than the bodies by more than all rounding, and bodies are
+//! asked for exact hits. So neither its shape nor the order of traversal changes a bit of a picture.
+
+use crate::path::Ray;
+use crate::world::{Bodies, Hit, nearer};
+use geometry::{Aabb, Vec3};
+
+/// Children of a node: as many `f32` as the narrowest vector registers of x86-64 and aarch64 hold.
+const WIDTH: usize = 4;
+/// Bodies of a leaf at most.
+const LEAF_BODIES_MAX: usize = 4;
+/// Bins of the search for the best cut.
+const BINS: usize = 16;
+/// Below this level, ranges are cut by the surface area heuristic; from it on in equal halves, so that the tree has
+/// at most 12 + 12 levels for 4^12 bodies, whatever their places.
+const HEURISTIC_LEVELS: u32 = 12;
+/// Entries that wait while one child is visited: three a level.
+const STACK_SIZE: usize = 3 * 26;
+
+/// Widening of a box in parts of the scene's largest half extent H.
+///
+/// With `u = 2^-24`, the bound of a box, the origin (both at most H) and their difference (at most 2 H) carry errors
+/// of `u H`, `u H` and `2 u H`; the inverse direction and the product add `2 u` of 2 H: together 8 u H = 4.8e-7 H.
+const MARGIN: f64 = 2e-6;
+
+/// Marks a child that is a leaf: then 4 bits are its number of bodies and 27 bits the place of the first.
+const LEAF: u32 = 1 << 31;
+const COUNT_SHIFT: u32 = 27;
+
+#[derive(Clone, Debug)]
+struct Node {
+    /// Lower and upper bounds of the children: x, y, z, and the same again.
+    bounds: [[f32; WIDTH]; 6],
+    children: [u32; WIDTH],
+}
+
+/// The tree.
+#[derive(Debug)]
+pub(crate) struct Bvh {
+    nodes: Vec<Node>,
+    /// Numbers of the bodies, leaf by leaf.
+    order: Vec<u32>,
+    /// Around everything, widened.
+    bounds: Aabb,
+    /// Boxes are relative to this point.
+    centre: Vec3,
+    margin: f64,
+}
+
+/// A ray, prepared for `f32` boxes; it begins where it enters the tree's bounds.
+struct Probe {
+    origin: [f32; 3],
+    inverse: [f32; 3],
+    /// Which of the bounds is the nearer one, for each axis.
+    near: [usize; 3],
+    /// Ray parameter of the entry.
+    entry: f64,
+}
+
+impl Bvh {
+    pub(crate) fn new(boxes: &[Aabb]) -> Bvh {
+        let mut bounds = boxes.iter().fold(Aabb::EMPTY, |all, one| all.union(one));
+        if boxes.is_empty() {
+            return Bvh { nodes: Vec::new(), order: Vec::new(), bounds, centre: Vec3::zeros(), margin: 0.0 };
+        }
+        let centre = bounds.centre();
+        let half = (bounds.max - bounds.min) * 0.5;
+        let largest = half.iter().fold(0.0, |most, &extent| if extent > most { extent } else { most });
+        let margin = MARGIN * largest;
+        bounds.min -= Vec3::repeat(margin);
+        bounds.max += Vec3::repeat(margin);
+        let mut builder = Builder { boxes, nodes: Vec::new(), centre, margin };
+        let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
+        builder.build(&mut order, 0, 0);
+        Bvh { nodes: builder.nodes, order, bounds, centre, margin }
+    }
+
+    /// The nearest of `best` and the first hits of all bodies.
+    pub(crate) fn closest(&self, bodies: &Bodies, ray: &Ray, best: Option<Hit>) -> Option<Hit> {
+        let Some(probe) = self.probe(ray) else { return best };
+        let limit = |best: &Option<Hit>| best.map_or(f32::MAX, |hit| self.limit(&probe, hit.distance));
+        let mut best = best;
+        self.traverse(&probe, limit(&best), |leaf| {
+            for &body in leaf {
+                best = nearer(best, bodies.hit(body, ray), body);
+            }
+            limit(&best)
+        });
+        best
+    }
+
+    /// Whether any body is hit before a distance.
+    pub(crate) fn any(&self, bodies: &Bodies, ray: &Ray, distance: f64) -> bool {
+        let Some(probe) = self.probe(ray) else { return false };
+        let limit = self.limit(&probe, distance);
+        let mut found = false;
+        self.traverse(&probe, limit, |leaf| {
+            found = leaf.iter().any(|&body| bodies.hit(body, ray).is_some_and(|t| t < distance));
+            if found { f32::NEG_INFINITY } else { limit }
+        });
+        found
+    }
+
+    fn probe(&self, ray: &Ray) -> Option<Probe> {
+        let inverse = ray.direction.map(|component| 1.0 / component);
+        let (entry, _) = self.bounds.ray_interval(&ray.origin, &inverse, 0.0, f64::INFINITY)?;
+        let origin = ray.origin + ray.direction * entry - self.centre;
+        let near = std::array::from_fn(|axis| if inverse[axis] < 0.0 { axis + 3 } else { axis });
+        Some(Probe {
+            origin: [origin.x as f32, origin.y as f32, origin.z as f32],
+            inverse: [inverse.x as f32, inverse.y as f32, inverse.z as f32],
+            near,
+            entry,
+        })
+    }
+
+    /// A distance along the ray as a limit of boxes: no box that holds a hit up to it begins beyond.
+    fn limit(&self, probe: &Probe, distance: f64) -> f32 {
+        let limit = ((distance - probe.entry) * (1.0 + 1e-6) + self.margin) as f32;
+        // Finite, so that a child that is missed, with its infinite entry, is always beyond.
+        if limit < f32::MAX { limit } else { f32::MAX }
+    }
+
+    /// Visits the leaves that the ray runs through before a limit, roughly from near to far. A visit returns the
+    /// limit from then on.
+    #[inline(always)]
+    fn traverse(&self, probe: &Probe, mut limit: f32, mut visit: impl FnMut(&[u32]) -> f32) {
+        let mut stack = [(0_u32, 0.0_f32); STACK_SIZE];
+        let mut height = 0;
+        let mut child = 0;
+        loop {
+            if child & LEAF == 0 {
+                let node = &self.nodes[child as usize];
+                let entries = node.entries(probe, limit);
+                // The children that are met, farthest first.
+                let base = height;
+                for (&child, &entry) in node.children.iter().zip(&entries) {
+                    if entry <= limit {
+                        let mut place = height;
+                        while place > base && stack[place - 1].1 < entry {
+                            stack[place] = stack[place - 1];
+                            place -= 1;
+                        }
+                        stack[place] = (child, entry);
+                        height += 1;
+                    }
+                }
+            } else {
+                let count = (child >> COUNT_SHIFT & 15) as usize;
+                let first = (child & ((1 << COUNT_SHIFT) - 1)) as usize;
+                limit = visit(&self.order[first..first + count]);
+            }
+            loop {
+                if height == 0 {
+                    return;
+                }
+                height -= 1;
+                if stack[height].1 <= limit {
+                    child = stack[height].0;
+                    break;
+                }
+            }
+        }
+    }
+}
+
+impl Node {
+    /// Where the ray enters the children; infinite where it misses them or enters beyond the limit.
+    #[inline(always)]
+    fn entries(&self, probe: &Probe, limit: f32) -> [f32; WIDTH] {
+        let mut start = [0.0_f32; WIDTH];
+        let mut end = [limit; WIDTH];
+        for axis in 0..3 {
+            let (near, far) = (&self.bounds[probe.near[axis]], &self.bounds[(probe.near[axis] + 3) % 6]);
+            let (origin, inverse) = (probe.origin[axis], probe.inverse[axis]);
+            for child in 0..WIDTH {
+                // A NaN (origin on a bound, ray along it) sets no bound.
+                let from = (near[child] - origin) * inverse;
+                let to = (far[child] - origin) * inverse;
+                start[child] = if from > start[child] { from } else { start[child] };
+                end[child] = if to < end[child] { to } else { end[child] };
+            }
+        }
+        std::array::from_fn(|child| if start[child] <= end[child] { start[child] } else { f32::INFINITY })
+    }
+}
+
+struct Builder<'a> {
+    boxes: &'a [Aabb],
+    nodes: Vec<Node>,
+    centre: Vec3,
+    margin: f64,
+}
+
+impl Builder<'_> {
+    /// Builds the node over a range of bodies, which begins at `first` in the whole order, and returns its number.
+    fn build(&mut self, order: &mut [u32], first: usize, level: u32) -> u32 {
+        // Cut the child with the largest area until there are enough children.
+        let mut cuts = vec![0, order.len()];
+        while cuts.len() <= WIDTH {
+            let area = |child: usize| self.bounds(&order[cuts[child]..cuts[child + 1]]).surface_area();
+            let cuttable = (0..cuts.len() - 1).filter(|&child| cuts[child + 1] - cuts[child] > LEAF_BODIES_MAX);
+            let areas = cuttable.map(|child| (child, area(child)));
+            let largest = areas.reduce(|best, one| if one.1 > best.1 { one } else { best });
+            let Some((child, _)) = largest else { break };
+            let range = &mut order[cuts[child]..cuts[child + 1]];
+            let left = self.cut(range, level);
+            cuts.insert(child + 1, cuts[child] + left);
+        }
+        let index = self.nodes.len();
+        self.nodes.push(Node { bounds: EMPTY_BOUNDS, children: [0; WIDTH] });
+        for child in 0..cuts.len() - 1 {
+            let (start, end) = (cuts[child], cuts[child + 1]);
+            let range = &mut order[start..end];
+            let bounds = self.bounds(range);
+            let reference = if range.len() <= LEAF_BODIES_MAX {
+                LEAF | (range.len() as u32) << COUNT_SHIFT | (first + start) as u32
+            } else {
+                self.build(range, first + start, level + 1)
+            };
+            let node = &mut self.nodes[index];
+            node.children[child] = reference;
+            for axis in 0..3 {
+                node.bounds[axis][child] = (bounds.min[axis] - self.centre[axis] - self.margin) as f32;
+                node.bounds[axis + 3][child] = (bounds.max[axis] - self.centre[axis] + self.margin) as f32;
+            }
+        }
+        index as u32
+    }
+
+    fn bounds(&self, range: &[u32]) -> Aabb {
+        range.iter().fold(Aabb::EMPTY, |all, &body| all.union(&self.boxes[body as usize]))
+    }
+
+    /// Orders a range so that a good first part and the rest can be cut apart; returns the length of the first part,
+    /// which is neither none nor all.
+    ///
+    /// The cut has the least sum of area times number of bodies among the borders of equal bins along each axis;
+    /// of equal sums the first is taken. Where no border parts the bodies (all in one place), it halves them.
+    fn cut(&self, range: &mut [u32], level: u32) -> usize {
+        let half = range.len() / 2;
+        if level >= HEURISTIC_LEVELS {
+            return half;
+        }
+        let centre = |body: u32| self.boxes[body as usize].centre();
+        let (mut low, mut high) = (centre(range[0]), centre(range[0]));
+        for &body in &*range {
+            low = low.zip_map(&centre(body), |a, b| if b < a { b } else { a });
+            high = high.zip_map(&centre(body), |a, b| if b > a { b } else { a });
+        }
+        let bin = |axis: usize, body: u32| {
+            let share = (centre(body)[axis] - low[axis]) / (high[axis] - low[axis]);
+            ((share * BINS as f64) as usize).min(BINS - 1)
+        };
+        let mut best: Option<(f64, usize, usize)> = None;
+        for axis in (0..3).filter(|&axis| high[axis] > low[axis]) {
+            let mut bins = [(Aabb::EMPTY, 0_usize); BINS];
+            for &body in &*range {
+                let (bounds, count) = &mut bins[bin(axis, body)];
+                *bounds = bounds.union(&self.boxes[body as usize]);
+                *count += 1;
+            }
+            for (border, cost) in costs(&bins) {
+                if best.is_none_or(|(least, ..)| cost < least) {
+                    best = Some((cost, axis, border));
+                }
+            }
+        }
+        let Some((_, axis, border)) = best else { return half };
+        let (left, right): (Vec<u32>, Vec<u32>) = range.iter().partition(|&&body| bin(axis, body) < border);
+        let count = left.len();
+        range[..count].copy_from_slice(&left);
+        range[count..].copy_from_slice(&right);
+        count
+    }
+}
+
+/// Borders between bins with bodies on both sides, and the sums of area times number of bodies there.
+fn costs(bins: &[(Aabb, usize); BINS]) -> impl Iterator<Item = (usize, f64)> {
+    let weight = |bins: &mut dyn Iterator<Item = &(Aabb, usize)>| {
+        let (bounds, count) = bins.fold((Aabb::EMPTY, 0), |all, one| (all.0.union(&one.0), all.1 + one.1));
+        (bounds.surface_area() * count as f64, count)
+    };
+    let both = (1..BINS).map(move |border| {
+        (border, weight(&mut bins[..border].iter()), weight(&mut bins[border..].iter()))
+    });
+    both.filter(|(_, left, right)| left.1 > 0 && right.1 > 0).map(|(border, left, right)| (border, left.0 + right.0))
+}
+
+/// Bounds that no ray runs through.
+const EMPTY_BOUNDS: [[f32; WIDTH]; 6] = {
+    let (low, high) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
+    [low, low, low, high, high, high]
+};

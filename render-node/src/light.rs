@@ -1,0 +1,135 @@
+//! Area lights: where a ray meets them, and how a point is lit by them.
+
+use crate::path::Ray;
+use crate::warp;
+use core::f64::consts::PI;
+use geometry::{Vec3, plane, sphere};
+use schemas::scene::render::Light;
+
+/// An area light, compiled. A light reflects nothing and stops every ray.
+#[derive(Clone, Debug)]
+pub(crate) struct AreaLight {
+    shape: LightShape,
+    /// Emitted radiance (red, green, blue).
+    radiance: Vec3,
+}
+
+#[derive(Clone, Debug)]
+enum LightShape {
+    Sphere { centre: Vec3, radius: f64 },
+    Rectangle { corner: Vec3, edge_u: Vec3, edge_v: Vec3, normal: Vec3, area: f64, inverse: [Vec3; 2] },
+}
+
+/// One direction in which light may come from a light.
+pub(crate) struct LightSample {
+    /// Unit vector to the light.
+    pub direction: Vec3,
+    /// How far away the light is in that direction.
+    pub distance: f64,
+    /// Radiance divided by the density of the direction per solid angle.
+    pub weighted_radiance: Vec3,
+}
+
+impl AreaLight {
+    pub(crate) fn new(light: &Light) -> AreaLight {
+        match light {
+            Light::Sphere { position_m, radius_m, radiance } => AreaLight {
+                shape: LightShape::Sphere { centre: Vec3::from(*position_m), radius: *radius_m },
+                radiance: Vec3::from(*radiance),
+            },
+            Light::Rectangle { corner_m, edge_u_m, edge_v_m, radiance } => {
+                let (edge_u, edge_v) = (Vec3::from(*edge_u_m), Vec3::from(*edge_v_m));
+                let cross = edge_u.cross(&edge_v);
+                let area = cross.norm();
+                let normal = cross / area;
+                // The vectors whose products with `edge_u s + edge_v t` are s and t.
+                let inverse = [edge_v.cross(&normal) / area, normal.cross(&edge_u) / area];
+                let corner = Vec3::from(*corner_m);
+                AreaLight {
+                    shape: LightShape::Rectangle { corner, edge_u, edge_v, normal, area, inverse },
+                    radiance: Vec3::from(*radiance),
+                }
+            }
+        }
+    }
+
+    /// Whether the light shines at all.
+    pub(crate) fn is_lit(&self) -> bool {
+        self.radiance != Vec3::zeros()
+    }
+
+    /// Distance to the first hit beyond `t_min`.
+    #[inline]
+    pub(crate) fn hit(&self, ray: &Ray, t_min: f64) -> Option<f64> {
+        match &self.shape {
+            LightShape::Sphere { centre, radius } => {
+                sphere::ray_sphere(&ray.origin, &ray.direction, centre, *radius, t_min)
+            }
+            LightShape::Rectangle { corner, normal, inverse, .. } => {
+                let t = plane::ray_plane(&ray.origin, &ray.direction, normal, normal.dot(corner), t_min)?;
+                let from_corner = ray.origin + ray.direction * t - corner;
+                let (u, v) = (from_corner.dot(&inverse[0]), from_corner.dot(&inverse[1]));
+                (u >= 0.0 && u <= 1.0 && v >= 0.0 && v <= 1.0).then_some(t)
+            }
+        }
+    }
+
+    /// Radiance that is emitted against a ray that hits the light.
+    pub(crate) fn emitted(&self, direction: &Vec3) -> Vec3 {
+        match &self.shape {
+            LightShape::Rectangle { normal, .. } if normal.dot(direction) >= 0.0 => Vec3::zeros(),
+            _ => self.radiance,
+        }
+    }
+
+    /// A direction from a point to the light; `None` where the light cannot shine to.
+    ///
+    /// A sphere is sampled uniformly in solid angle, a rectangle uniformly in area.
+    #[inline]
+    pub(crate) fn sample(&self, point: &Vec3, square: (f64, f64)) -> Option<LightSample> {
+        match &self.shape {
+            LightShape::Sphere { centre, radius } => {
+                let to_centre = centre - point;
+                let squared = to_centre.norm_squared();
+                let sine_squared = radius * radius / squared;
+                if !(sine_squared < 1.0) {
+                    return self.sample_around(point, square);
+                }
+                let one_minus_cos_max = sine_squared / (1.0 + (1.0 - sine_squared).sqrt());
+                let local = warp::uniform_cone(square, one_minus_cos_max);
+                let distance = squared.sqrt();
+                let axis = to_centre / distance;
+                let direction = warp::about(&axis, &local);
+                // Half a chord of the sphere; at the rim rounding may take it below zero.
+                let offset_squared = squared * (local.x * local.x + local.y * local.y);
+                let half_chord_squared = radius * radius - offset_squared;
+                let half_chord = if half_chord_squared > 0.0 { half_chord_squared.sqrt() } else { 0.0 };
+                Some(LightSample {
+                    direction,
+                    distance: distance * local.z - half_chord,
+                    weighted_radiance: self.radiance * (2.0 * PI * one_minus_cos_max),
+                })
+            }
+            LightShape::Rectangle { corner, edge_u, edge_v, normal, area, .. } => {
+                let to_light = corner + edge_u * square.0 + edge_v * square.1 - point;
+                let squared = to_light.norm_squared();
+                let distance = squared.sqrt();
+                let direction = to_light / distance;
+                let cosine = -direction.dot(normal);
+                (cosine > 0.0).then(|| LightSample {
+                    direction,
+                    distance,
+                    weighted_radiance: self.radiance * (area * cosine / squared),
+                })
+            }
+        }
+    }
+
+    /// From within a glowing sphere: all directions alike.
+    #[cold]
+    fn sample_around(&self, point: &Vec3, square: (f64, f64)) -> Option<LightSample> {
+        let direction = warp::uniform_cone(square, 2.0);
+        let distance = self.hit(&Ray::new(*point, direction), 0.0)?;
+        Some(LightSample { direction, distance, weighted_radiance: self.radiance * (4.0 * PI) })
+    }
+}

@@ -1,0 +1,219 @@
+//! The second half of a scene, compiled: everything that no frame changes.
+
+use crate::camera::Camera;
+use crate::light::AreaLight;
+use geometry::Vec3;
+use schemas::plan::Plan;
+use schemas::scene::Scene;
+use schemas::scene::render::{Look, Render};
+
+/// What a scene looks like apart from the poses of its bodies. Immutable.
+#[derive(Clone, Debug)]
+pub struct RenderModel {
+    /// The settings it was compiled from.
+    pub(crate) render: Render,
+    pub(crate) camera: Camera,
+    pub(crate) rings: Vec<RingShape>,
+    pub(crate) spheres: Vec<SphereShape>,
+    pub(crate) planes: Vec<PlaneShape>,
+    pub(crate) lights: Vec<AreaLight>,
+    pub(crate) sky: Sky,
+    pub(crate) looks: Vec<CompiledLook>,
+    pub(crate) features: Features,
+}
+
+/// Parts of the light transport that a scene may do without.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Features {
+    /// The last vertex of a path asks whether it sees the sky.
+    pub sky: bool,
+    /// Vertices are lit by area lights.
+    pub area_lights: bool,
+    /// Rays meet bodies.
+    pub bodies: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RingShape {
+    pub major_radius: f64,
+    pub minor_radius: f64,
+    pub look: u32,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SphereShape {
+    pub radius: f64,
+    pub look: u32,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct PlaneShape {
+    pub normal: Vec3,
+    pub offset: f64,
+    /// Two axes within the plane, along which the squares of a checkerboard lie.
+    pub axes: [Vec3; 2],
+    pub look: u32,
+}
+
+/// Shares of light that a surface reflects, one for each colour of square.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CompiledLook {
+    pub albedo: Vec3,
+    pub checker_albedo: Vec3,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Sky {
+    up: Vec3,
+    horizon: Vec3,
+    rise: Vec3,
+}
+
+impl Sky {
+    /// Radiance from a direction: the horizon's at and below it, from there linear in the height to the zenith.
+    #[inline]
+    pub(crate) fn radiance(&self, direction: &Vec3) -> Vec3 {
+        let height = direction.dot(&self.up);
+        if height > 0.0 { self.horizon + self.rise * height } else { self.horizon }
+    }
+}
+
+impl RenderModel {
+    /// Compiles a resolved scene, and says what its pictures need and what is left out.
+    ///
+    /// # Panics
+    ///
+    /// If the scene still has weaves: [`Scene::parse`] lays them out.
+    pub fn compile(scene: &Scene) -> (RenderModel, Plan) {
+        Self::compile_with(scene, false)
+    }
+
+    /// The same with nothing left out: slower, and the same bits. For tests.
+    pub fn compile_with_everything(scene: &Scene) -> RenderModel {
+        Self::compile_with(scene, true).0
+    }
+
+    fn compile_with(scene: &Scene, everything: bool) -> (RenderModel, Plan) {
+        assert!(scene.weaves.is_empty(), "{} weaves are not laid out: use Scene::parse", scene.weaves.len());
+        let render = &scene.render;
+        let mut looks = Looks::new(render);
+        let rings = scene.rings.iter().map(|ring| RingShape {
+            major_radius: ring.major_radius_m,
+            minor_radius: ring.minor_radius_m,
+            look: looks.of_material(&ring.material),
+        });
+        let rings = rings.collect::<Vec<_>>();
+        let spheres = scene.spheres.iter().map(|sphere| SphereShape {
+            radius: sphere.radius_m,
+            look: looks.of_material(&sphere.material),
+        });
+        let spheres = spheres.collect::<Vec<_>>();
+        let planes = scene.planes.iter().map(|plane| {
+            let normal = Vec3::from(plane.normal);
+            let look = looks.of_material(&plane.material);
+            PlaneShape { normal, offset: plane.offset_m, axes: checker_axes(&normal), look }
+        });
+        let planes = planes.collect::<Vec<_>>();
+        let lights: Vec<_> = render.lights.iter().map(AreaLight::new).collect();
+        let plan = plan(scene, &lights);
+        let horizon = Vec3::from(render.sky.horizon_radiance);
+        let model = RenderModel {
+            camera: Camera::new(render),
+            sky: Sky {
+                up: Vec3::from(render.sky.up).normalize(),
+                horizon,
+                rise: Vec3::from(render.sky.zenith_radiance) - horizon,
+            },
+            features: Features {
+                sky: everything || plan.needs("light/sky"),
+                area_lights: !lights.is_empty() && (everything || plan.needs("light/area")),
+                bodies: everything || plan.needs("shape/ring") || plan.needs("shape/sphere"),
+            },
+            render: render.clone(),
+            rings,
+            spheres,
+            planes,
+            lights,
+            looks: looks.compiled,
+        };
+        (model, plan)
+    }
+
+    /// The settings of the picture.
+    pub fn settings(&self) -> &Render {
+        &self.render
+    }
+
+    /// Number of moving bodies, rings and spheres together.
+    pub fn body_count(&self) -> usize {
+        self.rings.len() + self.spheres.len()
+    }
+
+    /// A ray does not meet a surface nearer to its origin than this, in metres, so that it does not meet the
+    /// one that it leaves again.
+    ///
+    /// Hits of surfaces are exact to about 1e-13 of their size, so 1e-6 of the thinnest wire is far above what
+    /// rounding can do and far below what a picture can show.
+    pub(crate) fn ray_start(&self) -> f64 {
+        let radii = self.rings.iter().map(|ring| ring.minor_radius);
+        let radii = radii.chain(self.spheres.iter().map(|sphere| sphere.radius));
+        1e-6 * radii.fold(1.0, |least, radius| if radius < least { radius } else { least })
+    }
+}
+
+/// Looks by material name; each is compiled once.
+struct Looks<'a> {
+    render: &'a Render,
+    names: Vec<String>,
+    compiled: Vec<CompiledLook>,
+}
+
+impl<'a> Looks<'a> {
+    fn new(render: &'a Render) -> Looks<'a> {
+        Looks { render, names: Vec::new(), compiled: Vec::new() }
+    }
+
+    fn of_material(&mut self, name: &str) -> u32 {
+        if let Some(index) = self.names.iter().position(|known| known == name) {
+            return index as u32;
+        }
+        let Look { albedo, checker_albedo } = self.render.looks.get(name).cloned().unwrap_or_default();
+        self.names.push(name.to_owned());
+        self.compiled.push(CompiledLook {
+            albedo: Vec3::from(albedo),
+            checker_albedo: Vec3::from(checker_albedo.unwrap_or(albedo)),
+        });
+        (self.compiled.len() - 1) as u32
+    }
+}
+
+/// The two World axes least along the normal, made perpendicular to it and to each other.
+fn checker_axes(normal: &Vec3) -> [Vec3; 2] {
+    let least = (0..3).fold(0, |best, axis| if normal[axis].abs() < normal[best].abs() { axis } else { best });
+    let mut along = Vec3::zeros();
+    along[least] = 1.0;
+    let first = (along - normal * normal.dot(&along)).normalize();
+    [first, normal.cross(&first)]
+}
+
+fn plan(scene: &Scene, lights: &[AreaLight]) -> Plan {
+    let render = &scene.render;
+    let mut plan = Plan::default();
+    let counted = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+    plan.push("shape/ring", !scene.rings.is_empty(), counted(scene.rings.len(), "ring"));
+    plan.push("shape/sphere", !scene.spheres.is_empty(), counted(scene.spheres.len(), "sphere"));
+    plan.push("shape/plane", !scene.planes.is_empty(), counted(scene.planes.len(), "plane"));
+    let lit = lights.iter().filter(|light| light.is_lit()).count();
+    plan.push("light/area", lit > 0, format!("{} that shine", counted(lit, "light")));
+    let sky = render.sky.zenith_radiance != [0.0; 3] || render.sky.horizon_radiance != [0.0; 3];
+    let reason = if sky { "its radiance is not zero" } else { "zenith and horizon are black" };
+    plan.push("light/sky", sky, reason);
+    let bounces = render.bounces_max;
+    plan.push("light/indirect", bounces > 0, format!("bounces_max is {bounces}"));
+    let checkered = scene.planes.iter().any(|plane| {
+        render.looks.get(&plane.material).is_some_and(|look| look.checker_albedo.is_some())
+    });
+    let reason = if checkered { "a plane's look has a checker_albedo" } else { "no plane's look has one" };
+    plan.push("look/checkerboard", checkered, reason);
+    plan
+}

@@ -1,0 +1,286 @@
+//! A posed scene: where all surfaces are in one frame, and what a ray meets there.
+//!
+//! A hit is a function of the ray and one surface alone; the first hit is that with the least distance, and
+//! among equal ones that with the least number. So no order of traversal can change a bit.
+
+use crate::bvh::Bvh;
+use crate::light::AreaLight;
+use crate::model::{PlaneShape, RenderModel};
+use crate::path::{Ray, Vertex};
+use geometry::{Aabb, Circle, Vec3, plane, rotation, sphere, torus};
+use nalgebra::{Quaternion, UnitQuaternion};
+use schemas::state::BodyState;
+
+/// Where a ray first meets a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance from the ray's origin, in metres.
+    pub distance: f64,
+    /// Number of the surface: rings, spheres, planes and lights, in this order and each as in the scene.
+    pub surface: u32,
+}
+
+/// What is at a hit.
+pub(crate) enum Surface {
+    Reflecting(Vertex),
+    Light,
+}
+
+/// A model with its bodies in the poses of one state.
+#[derive(Debug)]
+pub struct World<'a> {
+    model: &'a RenderModel,
+    pub(crate) bodies: Bodies<'a>,
+    bvh: Bvh,
+}
+
+/// Rings and spheres in their places.
+#[derive(Debug)]
+pub(crate) struct Bodies<'a> {
+    model: &'a RenderModel,
+    rings: Vec<RingFrame>,
+    sphere_centres: Vec<Vec3>,
+    ray_start: f64,
+}
+
+/// A ring's frame in World, and its size.
+#[derive(Clone, Copy, Debug)]
+struct RingFrame {
+    centre: Vec3,
+    u: Vec3,
+    w: Vec3,
+    normal: Vec3,
+    major_radius: f64,
+    minor_radius: f64,
+}
+
+/// A state that cannot be shown.
+#[derive(Debug, thiserror::Error)]
+pub enum PoseError {
+    /// Not the state of this scene.
+    #[error("the state has {found} bodies, but the scene has {expected}: state and scene must be of one run")]
+    BodyCount {
+        /// Bodies of the scene.
+        expected: usize,
+        /// Bodies of the state.
+        found: usize,
+    },
+    /// A position or orientation that is NaN, infinite, or not a rotation.
+    #[error("body {body} has position {position_m:?} m and orientation {orientation:?}: finite numbers and a unit quaternion were expected")]
+    Pose {
+        /// Number of the body in the state.
+        body: usize,
+        /// Its position.
+        position_m: [f64; 3],
+        /// Its orientation.
+        orientation: [f64; 4],
+    },
+}
+
+impl<'a> World<'a> {
+    /// Puts the bodies of a state into their places.
+    ///
+    /// # Errors
+    ///
+    /// [`PoseError`] if the state is not one of the model's scene, or not a state at all.
+    pub fn new(model: &'a RenderModel, states: &[BodyState]) -> Result<World<'a>, PoseError> {
+        let (expected, found) = (model.body_count(), states.len());
+        if expected != found {
+            return Err(PoseError::BodyCount { expected, found });
+        }
+        for (body, state) in states.iter().enumerate() {
+            let BodyState { position_m, orientation, .. } = *state;
+            let norm_squared: f64 = orientation.iter().map(|q| q * q).sum();
+            let unit = (norm_squared - 1.0).abs() < 1e-6;
+            if !unit || position_m.iter().any(|x| !x.is_finite()) {
+                return Err(PoseError::Pose { body, position_m, orientation });
+            }
+        }
+        let (rings, spheres) = states.split_at(model.rings.len());
+        let rings = model.rings.iter().zip(rings).map(|(shape, state)| {
+            let [x, y, z, w] = state.orientation;
+            let (u, w, normal) = rotation::axes(&UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z)));
+            let centre = Vec3::from(state.position_m);
+            let (major_radius, minor_radius) = (shape.major_radius, shape.minor_radius);
+            RingFrame { centre, u, w, normal, major_radius, minor_radius }
+        });
+        let sphere_centres = spheres.iter().map(|state| Vec3::from(state.position_m)).collect();
+        let ray_start = model.ray_start();
+        let bodies = Bodies { model, rings: rings.collect(), sphere_centres, ray_start };
+        let bvh = Bvh::new(&bodies.boxes());
+        Ok(World { model, bodies, bvh })
+    }
+
+    /// The first surface that a ray meets.
+    pub fn closest(&self, ray: &Ray) -> Option<Hit> {
+        let best = self.closest_plane_or_light(ray);
+        if self.model.features.bodies { self.bvh.closest(&self.bodies, ray, best) } else { best }
+    }
+
+    /// The same by asking every body: the oracle of the tests.
+    pub fn closest_of_all(&self, ray: &Ray) -> Option<Hit> {
+        let best = self.closest_plane_or_light(ray);
+        (0..self.bodies.count()).fold(best, |best, body| nearer(best, self.bodies.hit(body, ray), body))
+    }
+
+    /// Whether a ray meets anything before a distance; a light that it is meant to reach does not count.
+    pub fn any(&self, ray: &Ray, distance: f64, target: Option<usize>) -> bool {
+        self.any_plane_or_light(ray, distance, target)
+            || self.model.features.bodies && self.bvh.any(&self.bodies, ray, distance)
+    }
+
+    /// The same by asking every body: the oracle of the tests.
+    pub fn any_of_all(&self, ray: &Ray, distance: f64, target: Option<usize>) -> bool {
+        self.any_plane_or_light(ray, distance, target)
+            || (0..self.bodies.count()).any(|body| self.bodies.hit(body, ray).is_some_and(|t| t < distance))
+    }
+
+    fn closest_plane_or_light(&self, ray: &Ray) -> Option<Hit> {
+        let mut best = None;
+        let mut number = self.bodies.count();
+        for plane in &self.model.planes {
+            best = nearer(best, self.hit_plane(plane, number, ray), number);
+            number += 1;
+        }
+        for light in &self.model.lights {
+            best = nearer(best, light.hit(ray, self.bodies.ray_start), number);
+            number += 1;
+        }
+        best
+    }
+
+    fn any_plane_or_light(&self, ray: &Ray, distance: f64, target: Option<usize>) -> bool {
+        let blocks = |t: Option<f64>| t.is_some_and(|t| t < distance);
+        let mut number = self.bodies.count();
+        for plane in &self.model.planes {
+            if blocks(self.hit_plane(plane, number, ray)) {
+                return true;
+            }
+            number += 1;
+        }
+        let in_the_way = |(index, light): (usize, &AreaLight)| {
+            target != Some(index) && blocks(light.hit(ray, self.bodies.ray_start))
+        };
+        self.model.lights.iter().enumerate().any(in_the_way)
+    }
+
+    #[inline]
+    fn hit_plane(&self, shape: &PlaneShape, number: u32, ray: &Ray) -> Option<f64> {
+        if ray.leaves == Some(number) {
+            return None;
+        }
+        plane::ray_plane(&ray.origin, &ray.direction, &shape.normal, shape.offset, self.bodies.ray_start)
+    }
+
+    /// What is at a hit.
+    pub(crate) fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
+        let point = hit.point(ray);
+        let Some(plane) = hit.surface.checked_sub(self.bodies.count()) else {
+            return Surface::Reflecting(self.bodies.vertex(hit.surface, point, ray));
+        };
+        let Some(shape) = self.model.planes.get(plane as usize) else {
+            return Surface::Light;
+        };
+        let look = &self.model.looks[shape.look as usize];
+        let odd = (square(point.dot(&shape.axes[0])) ^ square(point.dot(&shape.axes[1]))) & 1 == 1;
+        Surface::Reflecting(Vertex {
+            point,
+            normal: plane::facing_normal(&shape.normal, &ray.direction),
+            albedo: if odd { look.checker_albedo } else { look.albedo },
+            leaves: Some(hit.surface),
+        })
+    }
+
+    /// Radiance emitted against a ray by the light that it hits.
+    pub(crate) fn emitted(&self, ray: &Ray, hit: &Hit) -> Vec3 {
+        let light = (hit.surface - self.bodies.count()) as usize - self.model.planes.len();
+        self.model.lights[light].emitted(&ray.direction)
+    }
+}
+
+/// The nearer of two hits; of equally near ones that of the surface with the lower number.
+#[inline]
+pub(crate) fn nearer(best: Option<Hit>, distance: Option<f64>, surface: u32) -> Option<Hit> {
+    match (best, distance) {
+        (Some(best), Some(t)) if t < best.distance || (t == best.distance && surface < best.surface) => {
+            Some(Hit { distance: t, surface })
+        }
+        (None, Some(t)) => Some(Hit { distance: t, surface }),
+        _ => best,
+    }
+}
+
+/// Number of the square of one metre that a coordinate lies in.
+#[inline]
+fn square(coordinate: f64) -> i64 {
+    let towards_zero = coordinate as i64;
+    towards_zero - i64::from((towards_zero as f64) > coordinate)
+}
+
+impl Bodies<'_> {
+    /// Rings and spheres together.
+    pub(crate) fn count(&self) -> u32 {
+        (self.rings.len() + self.sphere_centres.len()) as u32
+    }
+
+    /// Distance to the first hit of one body: a function of the ray and the body alone.
+    #[inline]
+    pub(crate) fn hit(&self, body: u32, ray: &Ray) -> Option<f64> {
+        if ray.leaves == Some(body) {
+            return None;
+        }
+        let body = body as usize;
+        if let Some(ring) = self.rings.get(body) {
+            let (origin, direction) = (ring.to_local(&(ray.origin - ring.centre)), ring.to_local(&ray.direction));
+            return torus::ray_torus(&origin, &direction, ring.major_radius, ring.minor_radius, self.ray_start);
+        }
+        let sphere = body - self.rings.len();
+        let (centre, radius) = (&self.sphere_centres[sphere], self.model.spheres[sphere].radius);
+        sphere::ray_sphere(&ray.origin, &ray.direction, centre, radius, self.ray_start)
+    }
+
+    fn vertex(&self, body: u32, point: Vec3, ray: &Ray) -> Vertex {
+        let index = body as usize;
+        let (outward, look, bulges) = if let Some(ring) = self.rings.get(index) {
+            let local = ring.to_local(&(point - ring.centre));
+            let outward = ring.to_world(&torus::normal(&local, ring.major_radius));
+            // On the outer half the tangent plane has the whole ring on one side.
+            let beyond = local.x * local.x + local.y * local.y >= ring.major_radius * ring.major_radius;
+            (outward, self.model.rings[index].look, beyond)
+        } else {
+            let sphere = index - self.rings.len();
+            let outward = sphere::normal(&point, &self.sphere_centres[sphere]);
+            (outward, self.model.spheres[sphere].look, true)
+        };
+        let from_outside = outward.dot(&ray.direction) <= 0.0;
+        Vertex {
+            point,
+            normal: if from_outside { outward } else { -outward },
+            albedo: self.model.looks[look as usize].albedo,
+            leaves: (from_outside && bulges).then_some(body),
+        }
+    }
+
+    /// Boxes around all bodies, by number.
+    fn boxes(&self) -> Vec<Aabb> {
+        let rings = self.rings.iter().map(|ring| {
+            let RingFrame { centre, u, w, normal, major_radius: radius, minor_radius } = *ring;
+            torus::bounding_box(&Circle { centre, u, w, normal, radius }, minor_radius)
+        });
+        let spheres = self.sphere_centres.iter().zip(&self.model.spheres);
+        let spheres = spheres.map(|(centre, shape)| sphere::bounding_box(centre, shape.radius));
+        rings.chain(spheres).collect()
+    }
+}
+
+impl RingFrame {
+    #[inline]
+    fn to_local(&self, vector: &Vec3) -> Vec3 {
+        Vec3::new(self.u.dot(vector), self.w.dot(vector), self.normal.dot(vector))
+    }
+
+    #[inline]
+    fn to_world(&self, local: &Vec3) -> Vec3 {
+        self.u * local.x + self.w * local.y + self.normal * local.z
+    }
+}
