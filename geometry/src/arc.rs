@@ -18,12 +18,12 @@
 //! sign there decides for the whole circle.
 //!
 //! # Rounding
-//! `y` and `h` are right to about `2e-16 (R_A + R_B + d)`, `d` the distance of the centres, so the arcs are
-//! those of a reach that is wrong by as much, say `e`. An arc's end moves by `e` over the slope of the
-//! depth there: for a contact of depth `p`, whose depth is quadratic about its deepest point, by the part
-//! `e / (2 p)` of the arc's half length. The depth vanishes at the ends, so the force over the arc changes
-//! by a part of the order of `e / p`: 1e-9 for a contact 1e-6 of the minor radius deep (`R = 1`,
-//! `r = 0.18`).
+//! The arcs are those of a reach that is wrong by less than `e = 1e-15 R (1 + R / s)` (measured in
+//! `tests/oracles/arcs.rs`, for major radii near `R`). An arc's end moves by `e` over the slope of the depth
+//! there: for a contact of depth `p`, whose depth is quadratic about its deepest point, by the part
+//! `e / (2 p)` of the arc's half length. The depth vanishes at the ends, so the force over the arc changes by
+//! a part of the order of `e / p`: 2e-8 for a contact 1e-6 of the minor radius deep (`R = 1`, `r = 0.18`),
+//! and the energy by less.
 //!
 //! # Source
 //! The quartic is the implicit torus of major radius `R_B` and minor radius `s` along circle A; its form
@@ -35,8 +35,8 @@ use crate::{Circle, GaussRule, Vec3, bernstein};
 /// Half tangent of an eighth of a turn, `tan(pi / 8) = sqrt(2) - 1`: the longest piece is a quarter turn.
 const HALF_TANGENT_MAX: f64 = 0.414_213_562_373_095_03;
 
-/// Four pieces cover the circle, and a quartic is negative on at most two stretches of each.
-const CAPACITY: usize = 8;
+/// Two arcs, cut at no more than four borders of the charts.
+const CAPACITY: usize = 6;
 
 /// A piece of a circle, `|t - mid| <= phi`, of at most a quarter turn, written without angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -93,7 +93,8 @@ impl Arc {
         let norm = ((1.0 + start * start) * (1.0 + end * end)).sqrt();
         let along = 1.0 - start * end;
         let across = start + end;
-        let (mid_cos, mid_sin) = self.turned(along / norm, across / norm);
+        let inverse = 1.0 / norm;
+        let (mid_cos, mid_sin) = self.turned(along * inverse, across * inverse);
         let half_tangent = (end - start) / (norm + (1.0 + start * end));
         Arc { mid_cos, mid_sin, half_tangent, connected: 0 }
     }
@@ -163,8 +164,11 @@ impl Arcs {
 
     #[inline]
     fn push(&mut self, arc: Arc) {
-        self.pieces[self.count] = arc;
-        self.count += 1;
+        // More could only be rounding noise of a distance that equals the reach everywhere.
+        if self.count < CAPACITY {
+            self.pieces[self.count] = arc;
+            self.count += 1;
+        }
     }
 
     /// Adds `arc`, which may be up to the whole circle, in equal pieces of at most a quarter turn.
@@ -213,6 +217,7 @@ fn always_above(wave: &Wave, bound: f64) -> bool {
 /// one of zero length. `reach` up to `b.radius` is the fast case (two wires whose radii sum to less than
 /// the major radius); any positive reach is right. The arcs are functions of the relative pose and come
 /// out in the same bits whatever other pairs there are.
+#[inline]
 pub fn circle_circle_arcs(a: &Circle, b: &Circle, reach: f64) -> Arcs {
     let d = a.centre - b.centre;
     let squared = d.norm_squared();
@@ -250,7 +255,12 @@ struct Ellipse {
 
 impl Ellipse {
     fn arcs(&self) -> Arcs {
-        let mut found = Found::new();
+        let mut arcs = Arcs::NONE;
+        self.find(Found { arcs: &mut arcs, connected: 0, inside: false, began_inside: false });
+        arcs
+    }
+
+    fn find(&self, mut found: Found<'_>) {
         let [h, ..] = self.h;
         let squared = squared_amplitude(&self.h);
         let amplitude = squared.sqrt();
@@ -262,7 +272,8 @@ impl Ellipse {
         let (cut_above, cut_below) = (above.1 > 0.0, below.0 > 0.0);
         if !(cut_above || cut_below) {
             found.visit(self, Arcs::whole().as_slice());
-            return found.closed();
+            found.close();
+            return;
         }
         let top = Arc {
             mid_cos: self.h[1] / amplitude,
@@ -291,7 +302,7 @@ impl Ellipse {
             };
             found.visit_split(self, bottom);
         }
-        found.open()
+        found.finish();
     }
 
     /// Bernstein coefficients of a wave on a chart, times `1 + tau^2`.
@@ -342,8 +353,8 @@ impl Ellipse {
 }
 
 /// The arcs found so far while the charts are visited in the order of `t`.
-struct Found {
-    arcs: Arcs,
+struct Found<'a> {
+    arcs: &'a mut Arcs,
     connected: u8,
     /// The last chart ended inside a contact.
     inside: bool,
@@ -351,11 +362,7 @@ struct Found {
     began_inside: bool,
 }
 
-impl Found {
-    fn new() -> Found {
-        Found { arcs: Arcs::NONE, connected: 0, inside: false, began_inside: false }
-    }
-
+impl Found<'_> {
     /// Visits the charts of an arc of any length that does not touch those visited before.
     #[inline]
     fn visit_split(&mut self, ellipse: &Ellipse, arc: Arc) {
@@ -383,10 +390,12 @@ impl Found {
         };
         let mut bounds = [-chart.half_tangent; 6];
         let mut last = 0;
-        bernstein::find_root(&quartic, |x| {
-            last += 1;
-            bounds[last] = chart.half_tangent * (2.0 * x - 1.0);
-            last == 4
+        bernstein::for_each_root(&quartic, |x| {
+            // Never more than four, which the bound check must be told.
+            if last < 4 {
+                last += 1;
+                bounds[last] = chart.half_tangent * (2.0 * x - 1.0);
+            }
         });
         last += 1;
         bounds[last] = chart.half_tangent;
@@ -436,16 +445,15 @@ impl Found {
         self.arcs.push(piece);
     }
 
-    /// The result, where the charts do not close the circle.
-    fn open(mut self) -> Arcs {
+    /// The end, where the charts do not close the circle.
+    fn finish(&mut self) {
         if self.connected > 1 {
             self.limit_connected();
         }
-        self.arcs
     }
 
-    /// The result, where the charts cover the whole circle: an arc across the seam is one arc.
-    fn closed(mut self) -> Arcs {
+    /// The end, where the charts cover the whole circle: an arc across the seam is one arc.
+    fn close(&mut self) {
         if self.began_inside && self.inside && self.arcs.count > 1 {
             let last = self.arcs.count - 1;
             let seam = self.connected;
@@ -459,7 +467,7 @@ impl Found {
                 self.arcs.count = last;
             }
         }
-        self.open()
+        self.finish();
     }
 
     /// More than two arcs can only be rounding noise of a distance that equals the reach everywhere.

@@ -1,7 +1,7 @@
 //! Root isolation on polynomials with known roots.
 
 use crate::random::Random;
-use geometry::bernstein::{find_root, from_power, halves, sign_changes, to_power, value};
+use geometry::bernstein::{find_root, from_power, parts, sign_changes, to_power, value};
 
 fn roots<const N: usize>(coefficients: &[f64; N]) -> Vec<f64> {
     let mut found = Vec::new();
@@ -74,20 +74,21 @@ fn the_first_accepted_root_is_returned() {
 }
 
 #[test]
-fn conversions_and_halves_agree_with_values() {
+fn conversions_and_parts_agree_with_values() {
     let mut random = Random(7);
     let mut worst = 0.0;
     for _ in 0..2000 {
         let power: [f64; 5] = core::array::from_fn(|_| random.uniform(-1.0, 1.0));
         let (start, length) = (random.uniform(-1.0, 1.0), random.uniform(0.1, 1.0));
         let bernstein = from_power(&power, start, start + length);
-        let (left, right) = halves(&bernstein);
+        let cut = random.uniform(0.05, 0.95);
+        let (left, right) = parts(&bernstein, cut);
         let back = to_power(&bernstein);
         let x = random.uniform(0.0, 1.0);
         let horner = |c: &[f64; 5], x: f64| c.iter().rev().fold(0.0, |sum, &c| sum * x + c);
         let expected = horner(&power, start + length * x);
-        let half = if x < 0.5 { value(&left, 2.0 * x) } else { value(&right, 2.0 * x - 1.0) };
-        for found in [value(&bernstein, x), horner(&back, x), half] {
+        let part = if x < cut { value(&left, x / cut) } else { value(&right, (x - cut) / (1.0 - cut)) };
+        for found in [value(&bernstein, x), horner(&back, x), part] {
             let error = libm::fabs(found - expected);
             if error > worst {
                 worst = error;
