@@ -18,11 +18,11 @@
 //! sign there decides for the whole circle.
 //!
 //! # Rounding
-//! The arcs are those of a reach that is wrong by less than `e = 1e-15 R (1 + R / s)` (measured in
+//! The arcs are those of a reach that is wrong by less than `e = 2e-15 R (1 + R / s)` (measured in
 //! `tests/oracles/arcs.rs`, for major radii near `R`). An arc's end moves by `e` over the slope of the depth
 //! there: for a contact of depth `p`, whose depth is quadratic about its deepest point, by the part
 //! `e / (2 p)` of the arc's half length. The depth vanishes at the ends, so the force over the arc changes by
-//! a part of the order of `e / p`: 2e-8 for a contact 1e-6 of the minor radius deep (`R = 1`, `r = 0.18`),
+//! a part of the order of `e / p`: 4e-8 for a contact 1e-6 of the minor radius deep (`R = 1`, `r = 0.18`),
 //! and the energy by less.
 //!
 //! # Source
