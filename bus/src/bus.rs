@@ -200,9 +200,8 @@ impl Shared {
         // listener that was just being made would never wake it: make a new one.
         notifiers.remove(&role);
         let wake = attempt(|| wake_service(&self.node, role))?;
-        let refused = |reason: &dyn std::fmt::Debug| {
-            BusError::transport(format!("waking the {}", role.name()), reason)
-        };
+        let refused =
+            |reason: &dyn std::fmt::Debug| BusError::transport(format!("waking the {}", role.name()), reason);
         let notifier = attempt(|| wake.notifier_builder().create()).map_err(|reason| refused(&reason))?;
         notifier.notify_with_custom_event_id(EventId::new(event)).map_err(|reason| refused(&reason))?;
         notifiers.insert(role, notifier);
@@ -211,8 +210,9 @@ impl Shared {
 
     /// Opens the service of a topic. Both sides do it in the same words: the settings must agree.
     pub(crate) fn topic_service(&self, topic: &Topic) -> Result<TopicService, BusError> {
-        let refused =
-            |reason: &dyn std::fmt::Debug| BusError::transport(format!("opening topic {}", topic.name), reason);
+        let refused = |reason: &dyn std::fmt::Debug| {
+            BusError::transport(format!("opening topic {}", topic.name), reason)
+        };
         let name = ServiceName::new(topic.name).map_err(|reason| refused(&reason))?;
         attempt(|| {
             self.node
@@ -235,10 +235,7 @@ impl Shared {
 /// Processes that may have a service open: one for each role, and some that died and are not cleaned up.
 const NODES_MAX: usize = 16;
 
-fn wake_service(
-    node: &Node<ipc::Service>,
-    role: Role,
-) -> Result<event::PortFactory<ipc::Service>, BusError> {
+fn wake_service(node: &Node<ipc::Service>, role: Role) -> Result<event::PortFactory<ipc::Service>, BusError> {
     let refused = |reason: &dyn std::fmt::Debug| {
         BusError::transport(format!("opening the wake-up events of the {}", role.name()), reason)
     };

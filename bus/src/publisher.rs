@@ -78,7 +78,12 @@ impl Publisher {
         subscribers.sort();
         subscribers.dedup();
         for role in &subscribers {
-            assert!(topic.subscribers.contains(role), "topic {}: {} is no subscriber", topic.name, role.name());
+            assert!(
+                topic.subscribers.contains(role),
+                "topic {}: {} is no subscriber",
+                topic.name,
+                role.name()
+            );
         }
         check_shared_memory(topic, message_bytes)?;
         let service = shared.topic_service(topic)?;
@@ -142,8 +147,11 @@ impl Publisher {
     }
 
     fn make_port(&self) -> Result<Port, BusError> {
-        let pressure =
-            Pressure { roster: self.shared.roster.clone(), stop: self.shared.stop.clone(), subscribers: self.subscribers.clone() };
+        let pressure = Pressure {
+            roster: self.shared.roster.clone(),
+            stop: self.shared.stop.clone(),
+            subscribers: self.subscribers.clone(),
+        };
         attempt(|| {
             let pressure = pressure.clone();
             self.service
@@ -162,7 +170,8 @@ impl Publisher {
     fn subscriber_ports(&self) -> Vec<(Role, u128)> {
         let mut ports = Vec::new();
         self.service.dynamic_config().list_subscribers(|details| {
-            let role = ROLES.into_iter().find(|role| role.name().as_bytes() == details.subscriber_name.as_bytes());
+            let role =
+                ROLES.into_iter().find(|role| role.name().as_bytes() == details.subscriber_name.as_bytes());
             ports.extend(role.map(|role| (role, details.subscriber_id.value())));
             CallbackProgression::Continue
         });
@@ -208,13 +217,23 @@ impl Publisher {
         }
     }
 
-    fn deliver(&mut self, kind: u32, sequence: u64, log_time_ns: u64, message: &[u8]) -> Result<(), BusError> {
+    fn deliver(
+        &mut self,
+        kind: u32,
+        sequence: u64,
+        log_time_ns: u64,
+        message: &[u8],
+    ) -> Result<(), BusError> {
         if self.subscribers.is_empty() {
             return Ok(());
         }
         let mut offset = 0;
         loop {
-            let piece_bytes = if message.len() - offset < self.message_bytes { message.len() - offset } else { self.message_bytes };
+            let piece_bytes = if message.len() - offset < self.message_bytes {
+                message.len() - offset
+            } else {
+                self.message_bytes
+            };
             let header = MessageHeader {
                 sequence,
                 log_time_ns,
