@@ -1,1 +1,23 @@
-//! Being written.
+//! The log: what was sent, recorded in an order that the run alone fixes, and read back bit for bit.
+//!
+//! - [`Sequencer`] brings the messages of three processes into that order;
+//! - [`LogWriter`] writes them, and checks what it writes;
+//! - [`Log`] reads them back, finished or not;
+//!
+//! The core knows no bus and no clock.
+//!
+//! A log is an MCAP file: any MCAP tool opens it. Its chunks are not compressed, its `library` field is
+//! fixed, and `log_time` is simulated time, so that two runs of one scene write the same bytes.
+
+pub mod check;
+mod container;
+mod index;
+pub mod message;
+pub mod order;
+pub mod reader;
+pub mod writer;
+
+pub use message::{Kind, Message};
+pub use order::Sequencer;
+pub use reader::{Health, Log, LogError, LogProblem};
+pub use writer::{LogWriter, WriteError, Written};

@@ -1,0 +1,435 @@
+//! Reading a log: finished ones through their index, others up to the damage.
+
+use crate::check::{CheckError, Checker};
+use crate::container::Damage;
+use crate::index::{Index, index_of};
+use crate::message::{Kind, Message};
+use prost::Message as _;
+use schemas::end::End;
+use schemas::frame::{CompressedImage, FrameInfo};
+use schemas::scene::SceneRecord;
+use schemas::state::{self, StateMessage};
+use schemas::step::StepRecord;
+use schemas::wire;
+use serde::Serialize;
+use std::fs::File;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// A log that cannot be read, with the file that it is about.
+#[derive(Debug, thiserror::Error)]
+#[error("{file}: {problem}")]
+pub struct LogError {
+    /// The file's path, or what the bytes were called.
+    pub file: String,
+    /// What is wrong.
+    #[source]
+    pub problem: LogProblem,
+}
+
+/// What is wrong with a log.
+#[derive(Debug, thiserror::Error)]
+pub enum LogProblem {
+    /// The file cannot be opened or mapped.
+    #[error("{0}")]
+    Io(#[from] std::io::Error),
+    /// Something else than MCAP.
+    #[error("not an MCAP file: its first bytes are {found:02x?}, where 89 4d 43 41 50 30 0d 0a was expected")]
+    NotMcap {
+        /// The first bytes, at most eight.
+        found: Vec<u8>,
+    },
+    /// An MCAP file of another program.
+    #[error("an MCAP file, but not a log of this program: it has no /scene channel")]
+    NotALog,
+    /// Bytes that are not what they should be.
+    #[error("at byte offset {offset}: {what}")]
+    Damaged {
+        /// Byte offset in the file.
+        offset: u64,
+        /// What is there and what was expected.
+        what: String,
+    },
+    /// States that this program would misread.
+    #[error(
+        "its state layout is {found}, this program's is {expected}: use the version that wrote the log"
+    )]
+    Layout {
+        /// The layout hash in the log.
+        found: String,
+        /// This program's.
+        expected: String,
+    },
+    /// Written by another version, where the same one is needed.
+    #[error(
+        "it was written by version {found}, this is version {expected}: only the same version promises the \
+         same bits"
+    )]
+    Version {
+        /// The version in the log.
+        found: String,
+        /// This program's.
+        expected: String,
+    },
+    /// A message whose content cannot be read.
+    #[error("{kind} message {index} (at byte offset {offset}) cannot be read: {reason}")]
+    Record {
+        /// Its channel.
+        kind: Kind,
+        /// Which of the channel's messages, from 0.
+        index: usize,
+        /// Byte offset of the message in the file.
+        offset: u64,
+        /// What the parser said.
+        reason: String,
+    },
+    /// The log has no such message.
+    #[error("it has no {kind} message {index}: there are {count}")]
+    Missing {
+        /// The channel.
+        kind: Kind,
+        /// Which of the channel's messages was asked for, from 0.
+        index: usize,
+        /// How many it has.
+        count: usize,
+    },
+    /// A promise of the log is broken.
+    #[error(transparent)]
+    Check(#[from] CheckError),
+}
+
+impl From<Damage> for LogProblem {
+    fn from(damage: Damage) -> LogProblem {
+        LogProblem::Damaged { offset: damage.offset, what: damage.what }
+    }
+}
+
+/// How whole a log is, as far as opening it shows. [`Log::check`] reads every byte.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case", tag = "state")]
+pub enum Health {
+    /// Finished: index and end record are there.
+    Complete,
+    /// Closed and indexed, but without an end record: the simulator was lost, or has not ended.
+    Unfinished,
+    /// The file ends in the middle; everything before that is whole.
+    Truncated {
+        /// Where reading stopped.
+        offset: u64,
+    },
+    /// Bytes were altered; what lies before them is whole.
+    Damaged {
+        /// Where reading stopped.
+        offset: u64,
+        /// What is there and what was expected.
+        what: String,
+    },
+}
+
+impl std::fmt::Display for Health {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Health::Complete => write!(f, "complete"),
+            Health::Unfinished => write!(f, "closed, but without an end record: the run did not end"),
+            Health::Truncated { offset } => write!(f, "truncated: readable up to byte offset {offset}"),
+            Health::Damaged { offset, what } => write!(f, "damaged at byte offset {offset}: {what}"),
+        }
+    }
+}
+
+/// The bytes of a log, mapped or held.
+enum Bytes {
+    Mapped(memmap2::Mmap),
+    Held(Vec<u8>),
+}
+
+impl std::ops::Deref for Bytes {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        match self {
+            Bytes::Mapped(map) => map,
+            Bytes::Held(bytes) => bytes,
+        }
+    }
+}
+
+/// An opened log.
+///
+/// Only the index is read on opening (a log without one is scanned). A chunk's checksum is compared when
+/// the first message in it is asked for, so what is handed out is what was written.
+///
+/// The file must not be cut short while it is open: it is mapped into memory.
+pub struct Log {
+    file: String,
+    bytes: Bytes,
+    index: Index,
+    /// Chunks whose checksum has been found right.
+    checked: Vec<AtomicBool>,
+}
+
+impl Log {
+    /// Opens a log file.
+    ///
+    /// # Errors
+    ///
+    /// [`LogError`] if it cannot be read at all, is no log, or has another state layout. A log that is cut
+    /// short or damaged opens: see [`Log::health`].
+    pub fn open(path: &Path) -> Result<Log, LogError> {
+        let file = path.display().to_string();
+        match map(path) {
+            Ok(map) => Log::new(file, Bytes::Mapped(map)),
+            Err(error) => Err(LogError { file, problem: error.into() }),
+        }
+    }
+
+    /// Opens a log that is in memory; `name` stands for the file in messages.
+    ///
+    /// # Errors
+    ///
+    /// As [`Log::open`].
+    pub fn from_bytes(name: &str, bytes: Vec<u8>) -> Result<Log, LogError> {
+        Log::new(name.to_owned(), Bytes::Held(bytes))
+    }
+
+    fn new(file: String, bytes: Bytes) -> Result<Log, LogError> {
+        match index_of(&bytes) {
+            Ok((index, are_checked)) => {
+                let checked = index.chunks.iter().map(|_| AtomicBool::new(are_checked)).collect();
+                Ok(Log { file, bytes, index, checked })
+            }
+            Err(problem) => Err(LogError { file, problem }),
+        }
+    }
+
+    /// The file's path, or the name given to the bytes.
+    pub fn file(&self) -> &str {
+        &self.file
+    }
+
+    /// Size of the file in bytes.
+    pub fn file_bytes(&self) -> u64 {
+        self.bytes.len() as u64
+    }
+
+    /// How whole it is.
+    pub fn health(&self) -> Health {
+        match &self.index.damage {
+            None if self.count(Kind::End) == 0 => Health::Unfinished,
+            None => Health::Complete,
+            Some(damage) if damage.cut => Health::Truncated { offset: damage.offset },
+            Some(damage) => Health::Damaged { offset: damage.offset, what: damage.what.clone() },
+        }
+    }
+
+    /// Whether it was recorded with a renderer.
+    pub fn has_renderer(&self) -> bool {
+        self.index.has_renderer
+    }
+
+    /// How many messages a channel has.
+    pub fn count(&self, kind: Kind) -> usize {
+        self.index.by_kind[kind.index()].len()
+    }
+
+    /// All messages, in the order in which they lie in the file.
+    pub fn messages(&self) -> impl ExactSizeIterator<Item = Result<Message<'_>, LogError>> {
+        (0..self.index.entries.len()).map(|entry| self.message(entry))
+    }
+
+    /// A channel's message by its number, from 0.
+    ///
+    /// # Errors
+    ///
+    /// [`LogProblem::Missing`] if there is none, [`LogProblem::Damaged`] if its bytes were altered.
+    pub fn nth(&self, kind: Kind, index: usize) -> Result<Message<'_>, LogError> {
+        self.message(self.entry(kind, index)?)
+    }
+
+    /// As [`Log::nth`], without comparing the chunk's checksum: to look at what damage did.
+    pub(crate) fn nth_unchecked(&self, kind: Kind, index: usize) -> Result<Message<'_>, LogError> {
+        let entry = self.entry(kind, index)?;
+        self.index.message(&self.bytes, entry).map_err(|damage| self.error(damage))
+    }
+
+    /// The scene record.
+    ///
+    /// # Errors
+    ///
+    /// [`LogError`] if it is not there or does not parse.
+    pub fn scene(&self) -> Result<SceneRecord, LogError> {
+        self.json(Kind::Scene, 0)
+    }
+
+    /// The step record of a step.
+    ///
+    /// # Errors
+    ///
+    /// [`LogError`] if it is not there or does not parse.
+    pub fn step(&self, step: u64) -> Result<StepRecord, LogError> {
+        // Step records are numbered by their steps: `check` and the writer hold that.
+        self.json(Kind::Step, usize::try_from(step).unwrap_or(usize::MAX))
+    }
+
+    /// All step records, from step 0.
+    pub fn steps(&self) -> impl ExactSizeIterator<Item = Result<StepRecord, LogError>> {
+        (0..self.count(Kind::Step)).map(|index| self.json(Kind::Step, index))
+    }
+
+    /// All states, hash checked.
+    pub fn states(&self) -> impl ExactSizeIterator<Item = Result<StateMessage, LogError>> {
+        (0..self.count(Kind::State)).map(|index| {
+            let message = self.nth(Kind::State, index)?;
+            state::decode(&message.bytes).map_err(|error| self.record_error(Kind::State, index, error))
+        })
+    }
+
+    /// The state after a step, hash checked; `None` if the log keeps none of that step.
+    ///
+    /// # Errors
+    ///
+    /// [`LogError`] if states cannot be read.
+    pub fn state(&self, step: u64) -> Result<Option<StateMessage>, LogError> {
+        let Some(index) = self.state_index(step)? else { return Ok(None) };
+        let message = self.nth(Kind::State, index)?;
+        let state = state::decode(&message.bytes);
+        state.map(Some).map_err(|error| self.record_error(Kind::State, index, error))
+    }
+
+    /// Which of the state messages is that of a step, by bisection.
+    pub(crate) fn state_index(&self, step: u64) -> Result<Option<usize>, LogError> {
+        let (mut low, mut high) = (0, self.count(Kind::State));
+        while low < high {
+            let middle = low + (high - low) / 2;
+            let got = self.state_step(middle)?;
+            match got.cmp(&step) {
+                std::cmp::Ordering::Equal => return Ok(Some(middle)),
+                std::cmp::Ordering::Less => low = middle + 1,
+                std::cmp::Ordering::Greater => high = middle,
+            }
+        }
+        Ok(None)
+    }
+
+    /// The step that a state message names.
+    pub(crate) fn state_step(&self, index: usize) -> Result<u64, LogError> {
+        let message = self.nth_unchecked(Kind::State, index)?;
+        match state::decode_header(&message.bytes) {
+            Ok(header) => Ok(header.step),
+            Err(error) => Err(self.record_error(Kind::State, index, error)),
+        }
+    }
+
+    /// A frame's picture, by its number from 0.
+    ///
+    /// # Errors
+    ///
+    /// [`LogError`] if it is not there or does not parse.
+    pub fn frame(&self, index: usize) -> Result<CompressedImage, LogError> {
+        let message = self.nth(Kind::Frame, index)?;
+        CompressedImage::decode(&message.bytes[..])
+            .map_err(|error| self.record_error(Kind::Frame, index, error))
+    }
+
+    /// What a frame shows, by its number from 0.
+    ///
+    /// # Errors
+    ///
+    /// [`LogError`] if it is not there or does not parse.
+    pub fn frame_info(&self, index: usize) -> Result<FrameInfo, LogError> {
+        self.json(Kind::FrameInfo, index)
+    }
+
+    /// The end record; `None` if the log has none.
+    ///
+    /// # Errors
+    ///
+    /// [`LogError`] if it does not parse.
+    pub fn end(&self) -> Result<Option<End>, LogError> {
+        if self.count(Kind::End) == 0 {
+            return Ok(None);
+        }
+        let message = self.nth(Kind::End, 0)?;
+        wire::decode(&message.bytes).map(Some).map_err(|error| self.record_error(Kind::End, 0, error))
+    }
+
+    /// Refuses a log of another program version: for acts that promise the same bits.
+    ///
+    /// # Errors
+    ///
+    /// [`LogProblem::Version`] with both versions.
+    pub fn require_same_version(&self) -> Result<(), LogError> {
+        let found = self.scene()?.version;
+        let expected = env!("CARGO_PKG_VERSION").to_owned();
+        if found == expected { Ok(()) } else { Err(self.error(LogProblem::Version { found, expected })) }
+    }
+
+    /// Reads every byte: all checksums, hashes and promises. `visit` sees each message, with its parsed
+    /// step record if it is one.
+    ///
+    /// # Errors
+    ///
+    /// The first thing that is wrong, with the messages before it visited. A log that is cut short is wrong
+    /// after its last whole message; so is one without an end record.
+    pub fn check(
+        &self,
+        visit: &mut dyn FnMut(&Message<'_>, Option<&StepRecord>),
+    ) -> Result<Checker, LogError> {
+        let mut checker = Checker::new(self.has_renderer());
+        for message in self.messages() {
+            let message = message?;
+            let step = checker.check(&message).map_err(|error| self.error(error))?;
+            visit(&message, step.as_ref());
+        }
+        if let Some(damage) = &self.index.damage {
+            return Err(self.error(damage.clone()));
+        }
+        self.index.check_data(&self.bytes).map_err(|damage| self.error(damage))?;
+        if checker.end().is_none() {
+            return Err(self.error(LogProblem::Missing { kind: Kind::End, index: 0, count: 0 }));
+        }
+        Ok(checker)
+    }
+
+    fn entry(&self, kind: Kind, index: usize) -> Result<usize, LogError> {
+        let entries = &self.index.by_kind[kind.index()];
+        let missing = || self.error(LogProblem::Missing { kind, index, count: entries.len() });
+        entries.get(index).copied().ok_or_else(missing)
+    }
+
+    fn message(&self, entry: usize) -> Result<Message<'_>, LogError> {
+        let chunk = self.index.entries[entry].chunk as usize;
+        // Relaxed: the flag only saves work; the bytes do not change.
+        if !self.checked[chunk].load(Ordering::Relaxed) {
+            self.index.check_chunk(&self.bytes, chunk).map_err(|damage| self.error(damage))?;
+            self.checked[chunk].store(true, Ordering::Relaxed);
+        }
+        self.index.message(&self.bytes, entry).map_err(|damage| self.error(damage))
+    }
+
+    fn json<T: serde::de::DeserializeOwned>(&self, kind: Kind, index: usize) -> Result<T, LogError> {
+        let message = self.nth(kind, index)?;
+        serde_json::from_slice(&message.bytes).map_err(|error| self.record_error(kind, index, error))
+    }
+
+    fn record_error(&self, kind: Kind, index: usize, reason: impl std::fmt::Display) -> LogError {
+        let entry = self.index.by_kind[kind.index()][index];
+        let offset = self.index.entries[entry].offset;
+        self.error(LogProblem::Record { kind, index, offset, reason: reason.to_string() })
+    }
+
+    fn error(&self, problem: impl Into<LogProblem>) -> LogError {
+        LogError { file: self.file.clone(), problem: problem.into() }
+    }
+}
+
+/// Maps a file into memory.
+#[expect(unsafe_code, reason = "a mapping is only sound while nobody cuts the file short, which its doc says")]
+fn map(path: &Path) -> std::io::Result<memmap2::Mmap> {
+    let file = File::open(path)?;
+    if file.metadata()?.is_dir() {
+        return Err(std::io::Error::other("a folder; give the log file in it"));
+    }
+    // SAFETY: the map is read-only and private to this process; logs are only ever appended to.
+    unsafe { memmap2::Mmap::map(&file) }
+}
