@@ -105,7 +105,7 @@ fn bench_arcs() {
     measure("arcs and their points: in contact", &contacts, |p| {
         let mut sum = 0.0;
         for arc in circle_circle_arcs(&p.0, &p.1, reach).iter() {
-            for node in arc.nodes(rule_for(arc.half_tangent)) {
+            for node in arc.nodes(rule_for(arc.half_tangent, p.0.radius / reach)) {
                 sum += node.weight * (node.cos + 2.0 * node.sin);
             }
         }

@@ -129,6 +129,8 @@ impl Arc {
 }
 
 /// A few arcs of one circle: at most two connected arcs, in at most [`Arcs::CAPACITY`] pieces.
+///
+/// The pieces of connected arc 0 come first, then those of arc 1, each in the order of `t` along the arc.
 #[derive(Debug, Clone, Copy)]
 pub struct Arcs {
     pieces: [Arc; CAPACITY],
@@ -154,6 +156,12 @@ impl Arcs {
     #[inline]
     pub fn iter(&self) -> core::slice::Iter<'_, Arc> {
         self.as_slice().iter()
+    }
+
+    /// Number of connected arcs: 0, 1 or 2.
+    #[inline]
+    pub fn connected_count(&self) -> usize {
+        self.as_slice().last().map_or(0, |piece| usize::from(piece.connected) + 1)
     }
 
     /// Whether there is no arc: no contact.
@@ -455,16 +463,23 @@ impl Found<'_> {
     /// The end, where the charts cover the whole circle: an arc across the seam is one arc.
     fn close(&mut self) {
         if self.began_inside && self.inside && self.arcs.count > 1 {
-            let last = self.arcs.count - 1;
+            let count = self.arcs.count;
             let seam = self.connected;
-            for piece in &mut self.arcs.pieces[..=last] {
-                if piece.connected == seam {
-                    piece.connected = 0;
-                }
+            let pieces = &mut self.arcs.pieces[..count];
+            // The pieces before the seam go to the front, where the arc that they belong to begins.
+            let before = pieces.iter().filter(|piece| piece.connected == seam).count();
+            if before < count {
+                pieces.rotate_right(before);
             }
-            if let Some(joined) = self.arcs.pieces[last].joined(&self.arcs.pieces[0]) {
-                self.arcs.pieces[0] = joined;
-                self.arcs.count = last;
+            for piece in &mut pieces[..before] {
+                piece.connected = 0;
+            }
+            if before < count
+                && let Some(joined) = pieces[before - 1].joined(&pieces[before])
+            {
+                pieces[before] = joined;
+                pieces.copy_within(before.., before - 1);
+                self.arcs.count -= 1;
             }
         }
         self.finish();
@@ -533,14 +548,27 @@ pub fn circle_point_arcs(a: &Circle, point: &Vec3, reach: f64) -> Arcs {
     negative_arc(&excess)
 }
 
-/// The Gauss-Legendre rule for an arc of this `half_tangent`.
+/// The Gauss-Legendre rule for a piece of an arc of a contact.
+///
+/// `radius_over_reach` is the circle's radius over the reach the arcs were made with; for planes, along
+/// which the depth changes with the circle's own radius, it is 1. What decides is the piece's length in
+/// units of the reach, `q = 2 half_tangent radius / reach`, not its angle: over it the distance bends from
+/// a hyperbola's bottom to its arms.
+///
+/// # Accuracy
+/// Relative error of the integral of the depth along one piece, 99 of 100 contacts of random rings (measured
+/// in `tests/oracles/quadrature.rs`, alike for reaches from 0.01 to 0.36 of the radius; the median is about
+/// 100 times smaller): 1e-6 with three points below q = 0.1, four below 0.2 and six below 0.5. Eight points
+/// above that give 1e-5 up to q = 0.8, that is for wires overlapping by a third of the reach, and 1e-4
+/// beyond.
 #[inline]
-pub fn rule_for(half_tangent: f64) -> GaussRule {
-    if half_tangent < 0.05 {
+pub fn rule_for(half_tangent: f64, radius_over_reach: f64) -> GaussRule {
+    let length = 2.0 * half_tangent * radius_over_reach;
+    if length < 0.1 {
         GaussRule::Three
-    } else if half_tangent < 0.15 {
+    } else if length < 0.2 {
         GaussRule::Four
-    } else if half_tangent < 0.3 {
+    } else if length < 0.5 {
         GaussRule::Six
     } else {
         GaussRule::Eight

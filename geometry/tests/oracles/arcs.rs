@@ -28,6 +28,7 @@ fn check_form(arcs: &Arcs) {
     };
     let pieces = arcs.as_slice();
     assert!(pieces.len() <= Arcs::CAPACITY);
+    assert!(pieces.windows(2).all(|pair| pair[0].connected <= pair[1].connected), "{pieces:?}");
     for (i, arc) in pieces.iter().enumerate() {
         assert!(arc.half_tangent >= 0.0 && arc.half_tangent <= 0.4143, "{arc:?}");
         assert!(libm::fabs(arc.mid_cos * arc.mid_cos + arc.mid_sin * arc.mid_sin - 1.0) < 2e-15, "{arc:?}");
@@ -92,8 +93,7 @@ fn arcs_agree_with_dense_sampling_on_random_pairs() {
             worst = disagreement;
         }
         let arcs = circle_circle_arcs(&a, &b, reach);
-        let count = arcs.iter().map(|arc| arc.connected + 1).fold(0, |m, c| if c > m { c } else { m });
-        connected[usize::from(count)] += 1;
+        connected[arcs.connected_count()] += 1;
     }
     println!("10,000 random pairs x {POINTS} points: 0, 1, 2 connected arcs: {connected:?}");
     println!("largest |reach - distance| / (R_A + R_B) in disagreement {worst:.1e} (tolerance 2e-15)");

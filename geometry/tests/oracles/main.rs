@@ -7,6 +7,7 @@ mod bernstein;
 mod closest;
 mod double_double;
 mod link;
+mod quadrature;
 mod random;
 mod shapes;
 mod torus;
