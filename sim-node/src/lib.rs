@@ -1,1 +1,32 @@
-//! Being written.
+//! The motion of linked rigid rings, spheres and planes: deterministic, step by step.
+//!
+//! The one thing to know: a [`Model`] is compiled from a scene and never changes, a [`State`] is all that
+//! the next step needs, and [`step`] makes the one after. The same model and state give the same bits on
+//! every machine, with any number of threads, in any build.
+
+// `!(x > 0.0)` is meant as written: a NaN must take the branch that finds nothing.
+#![allow(clippy::neg_cmp_op_on_partial_ord)]
+
+mod body;
+mod contact;
+mod forces;
+mod friction;
+mod material;
+mod model;
+mod neighbours;
+mod overlap;
+mod plan;
+mod record;
+mod rk4;
+mod scratch;
+mod stability;
+mod state;
+mod step;
+mod verlet;
+
+pub use body::{Body, Shape};
+pub use model::{BodyName, Compile, HalfSpace, Model, ModelError};
+pub use record::{Records, audit, check_audit, mechanical_energy};
+pub use scratch::Scratch;
+pub use state::{State, StateMismatch};
+pub use step::{Stop, evaluate, step};

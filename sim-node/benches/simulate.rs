@@ -1,0 +1,79 @@
+//! Ring-steps per second, on one thread and on all, with and without records.
+//!
+//! `cargo bench -p sim-node` prints one line a case: rings, steps, million ring-steps per second, and the
+//! state hash at the end. Times depend on the machine; the hash does not.
+
+use schemas::scene::Scene;
+use schemas::{Hash, state};
+use sim_node::{Model, Records, Scratch, State, evaluate, step};
+use std::time::Instant;
+
+/// A European 4-in-1 sheet whose first row is pinned, with gravity in its plane: every link is loaded.
+fn hang(rows: u32, columns: u32) -> String {
+    let pins: Vec<String> = (0..columns).map(|column| format!("[0, {column}]")).collect();
+    format!(
+        r#"
+        [time]
+        duration_s = 10.0
+        time_step_s = 5e-4
+        [forces]
+        gravity_m_per_s2 = [0.0, 9.81, 0.0]
+        [material.wire]
+        line_stiffness_n_per_m2 = 1.4e6
+        damping_s_per_m = 0.3
+        [[weave]]
+        pattern = "european-4-in-1"
+        rows = {rows}
+        columns = {columns}
+        major_radius_m = 1.0
+        minor_radius_m = 0.18
+        ring_mass_kg = 0.63956
+        material = "wire"
+        pins = [{}]
+        "#,
+        pins.join(", ")
+    )
+}
+
+fn run(name: &str, text: &str, steps: u64, threads: usize, records: bool) {
+    let scene = Scene::parse(text, &[]).expect("the scene is right");
+    let (model, _) = Model::compile(&scene).expect("the scene can be simulated");
+    let mut state = State::initial(&model);
+    let mut scratch = Scratch::new(&model, threads);
+    let mut diary = Records::after(Hash::default());
+    evaluate(&model, &state, &mut scratch);
+    let mut contacts = 0;
+    let mut penetration_m: f64 = 0.0;
+    let start = Instant::now();
+    for _ in 0..steps {
+        step(&model, &mut state, &mut scratch).expect("the run goes on");
+        if records {
+            let record = diary.record(&model, &state, &scratch);
+            contacts += record.contacts;
+            if record.penetration_m > penetration_m {
+                penetration_m = record.penetration_m;
+            }
+        }
+    }
+    let seconds = start.elapsed().as_secs_f64();
+    let ring_steps = (model.ring_count() as u64 * steps) as f64;
+    let mut message = Vec::new();
+    let hash = state::encode(&state.header(), &state.bodies, &state.contacts, &mut message);
+    print!("{name:12} {:5} rings {steps:6} steps {threads} threads", model.ring_count());
+    print!(" {:7.3} M ring-steps/s, hash {}", ring_steps / seconds * 1e-6, hash.short());
+    if records {
+        let per_ring = contacts as f64 / ring_steps;
+        print!(", recorded: {per_ring:.2} contacts a ring, penetration {penetration_m:.5} m");
+    }
+    println!();
+}
+
+fn main() {
+    let drop = include_str!("../../scenes/drop.toml");
+    for records in [false, true] {
+        run("drop", drop, 4000, 1, records);
+        run("hang 16x16", &hang(16, 16), 4000, 1, records);
+        run("hang 32x32", &hang(32, 32), 2000, 1, records);
+        run("hang 32x32", &hang(32, 32), 2000, 2, records);
+    }
+}

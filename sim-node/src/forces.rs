@@ -1,0 +1,299 @@
+//! One evaluation of all contact forces: broad phase, contacts, sum over the bodies.
+//!
+//! The list of neighbours is cut into chunks of a fixed size. Each chunk writes its own results, alone or
+//! on any thread; then they are added up in pair order. So the sums are the same whatever the number of
+//! threads.
+
+use crate::Model;
+use crate::contact::{
+    Contact, Pair, PairForce, Velocity, Wrench, relative_velocity, ring_plane, ring_ring, ring_sphere,
+    sphere_plane, sphere_sphere,
+};
+use crate::friction::Slip;
+use crate::material::PairMaterial;
+use crate::neighbours::Neighbours;
+use geometry::{Circle, Vec3};
+use rayon::prelude::*;
+use schemas::scene::Integrator;
+use schemas::state::ContactState;
+
+/// Pairs in a chunk. Part of nothing: any value gives the same bits.
+const CHUNK_PAIRS: usize = 1024;
+
+/// Frames and velocities of all bodies at one moment.
+#[derive(Debug, Default)]
+pub(crate) struct Moment {
+    pub circles: Vec<Circle>,
+    pub velocities: Vec<Velocity>,
+}
+
+/// By which velocities, and for how long, friction's springs have moved since they were last kept.
+#[derive(Clone, Copy)]
+pub(crate) struct SlipMotion<'a> {
+    pub since: (&'a [Velocity], f64),
+    pub kept: (&'a [Velocity], f64),
+}
+
+/// The results of one evaluation, and the neighbours that make the next one fast.
+#[derive(Debug, Default)]
+pub(crate) struct Evaluation {
+    pub neighbours: Neighbours,
+    chunks: Vec<Chunk>,
+    /// How many of the chunks are in use.
+    chunk_count: usize,
+    /// Contact force and torque on each body.
+    pub wrenches: Vec<Wrench>,
+    /// Their inelastic part; zero, and not kept up, without damping and friction.
+    pub lost: Vec<Wrench>,
+}
+
+#[derive(Debug, Default)]
+struct Chunk {
+    candidates: Vec<(u32, u32)>,
+    forces: Vec<PairForce>,
+}
+
+impl Evaluation {
+    pub(crate) fn new(model: &Model) -> Evaluation {
+        Evaluation {
+            wrenches: vec![Wrench::ZERO; model.body_count()],
+            lost: vec![Wrench::ZERO; model.body_count()],
+            ..Evaluation::default()
+        }
+    }
+
+    /// The candidate pairs in order.
+    pub(crate) fn candidates(&self) -> impl Iterator<Item = &(u32, u32)> {
+        self.chunks[..self.chunk_count].iter().flat_map(|chunk| &chunk.candidates)
+    }
+
+    /// The pairs in contact, in order.
+    pub(crate) fn pair_forces(&self) -> impl Iterator<Item = &PairForce> {
+        self.chunks[..self.chunk_count].iter().flat_map(|chunk| &chunk.forces)
+    }
+
+    /// The contacts, in order, with their pairs.
+    pub(crate) fn contacts(&self) -> impl Iterator<Item = (u32, u32, &Contact)> {
+        self.pair_forces()
+            .flat_map(|pair| pair.contacts[..pair.contact_count].iter().map(|c| (pair.a, pair.b, c)))
+    }
+
+    /// Whether damping or friction make part of the forces inelastic.
+    pub(crate) fn loses(model: &Model) -> bool {
+        model.features.damping || model.features.friction
+    }
+
+    /// Finds all contacts at a moment and sums their forces. `springs` are friction's, as the last step left
+    /// them.
+    pub(crate) fn evaluate(
+        &mut self,
+        model: &Model,
+        moment: &Moment,
+        springs: &[ContactState],
+        slip: SlipMotion,
+        pool: Option<&rayon::ThreadPool>,
+    ) {
+        match (model.features.damping, model.features.friction) {
+            (false, false) => self.evaluate_as::<false, false>(model, moment, springs, slip, pool),
+            (true, false) => self.evaluate_as::<true, false>(model, moment, springs, slip, pool),
+            (false, true) => self.evaluate_as::<false, true>(model, moment, springs, slip, pool),
+            (true, true) => self.evaluate_as::<true, true>(model, moment, springs, slip, pool),
+        }
+    }
+
+    fn evaluate_as<const DAMPED: bool, const FRICTION: bool>(
+        &mut self,
+        model: &Model,
+        moment: &Moment,
+        springs: &[ContactState],
+        slip: SlipMotion,
+        pool: Option<&rayon::ThreadPool>,
+    ) {
+        self.neighbours.update(model, &moment.circles);
+        let pairs = self.neighbours.pairs();
+        self.chunk_count = pairs.len().div_ceil(CHUNK_PAIRS);
+        if self.chunks.len() < self.chunk_count {
+            self.chunks.resize_with(self.chunk_count, Chunk::default);
+        }
+        let half_step = match model.integrator() {
+            Integrator::Verlet => 0.5 * model.time().time_step_s,
+            Integrator::Rk4 => 0.0,
+        };
+        let scene = Narrow { model, moment, springs, slip, half_step };
+        let work = |(chunk, pairs): (&mut Chunk, &[(u32, u32)])| {
+            scene.collide::<DAMPED, FRICTION>(pairs, chunk);
+        };
+        match pool {
+            Some(pool) if self.chunk_count > 1 => pool.install(|| {
+                self.chunks.par_iter_mut().zip(pairs.par_chunks(CHUNK_PAIRS)).for_each(work);
+            }),
+            _ => self.chunks.iter_mut().zip(pairs.chunks(CHUNK_PAIRS)).for_each(work),
+        }
+        self.gather::<DAMPED, FRICTION>(model.body_count());
+    }
+
+    /// Adds up the pairs' forces, in pair order.
+    fn gather<const DAMPED: bool, const FRICTION: bool>(&mut self, body_count: usize) {
+        self.wrenches.fill(Wrench::ZERO);
+        if DAMPED || FRICTION {
+            self.lost.fill(Wrench::ZERO);
+        }
+        for chunk in &self.chunks[..self.chunk_count] {
+            for pair in &chunk.forces {
+                let (a, b) = (pair.a as usize, pair.b as usize);
+                self.wrenches[a].add(&pair.on_a);
+                if DAMPED || FRICTION {
+                    self.lost[a].add(&pair.lost_on_a);
+                }
+                // A plane takes what it gets and does not move.
+                if b < body_count {
+                    self.wrenches[b].add(&pair.on_b);
+                    if DAMPED || FRICTION {
+                        self.lost[b].add(&pair.lost_on_b);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// What every chunk reads.
+struct Narrow<'a> {
+    model: &'a Model,
+    moment: &'a Moment,
+    springs: &'a [ContactState],
+    slip: SlipMotion<'a>,
+    /// Half the time step, where damping is implicit; else 0.
+    half_step: f64,
+}
+
+impl Narrow<'_> {
+    fn collide<const DAMPED: bool, const FRICTION: bool>(&self, pairs: &[(u32, u32)], chunk: &mut Chunk) {
+        chunk.candidates.clear();
+        chunk.forces.clear();
+        for &(a, b) in pairs {
+            let near = if (b as usize) < self.model.body_count() {
+                self.two_bodies::<DAMPED, FRICTION>(a, b, &mut chunk.forces)
+            } else {
+                self.body_and_plane::<DAMPED, FRICTION>(a, b, &mut chunk.forces)
+            };
+            if near {
+                chunk.candidates.push((a, b));
+            }
+        }
+    }
+
+    /// Whether the bounding spheres overlap; if the bodies touch, what they do to each other is appended.
+    #[inline]
+    fn two_bodies<const DAMPED: bool, const FRICTION: bool>(
+        &self,
+        a: u32,
+        b: u32,
+        forces: &mut Vec<PairForce>,
+    ) -> bool {
+        let (body_a, body_b) = (&self.model.bodies()[a as usize], &self.model.bodies()[b as usize]);
+        let (circle_a, circle_b) = (&self.moment.circles[a as usize], &self.moment.circles[b as usize]);
+        let from_b = circle_a.centre - circle_b.centre;
+        let reach = body_a.bounding_radius + body_b.bounding_radius;
+        if !(from_b.norm_squared() < reach * reach) {
+            return false;
+        }
+        let material = self.model.pair_material(a, b);
+        let rings = self.model.ring_count() as u32;
+        let law = if a < rings { material.line } else { material.point };
+        let relative = if DAMPED || FRICTION {
+            self.relative(&self.moment.velocities, a, Some(b), &from_b)
+        } else {
+            Velocity::ZERO
+        };
+        let pair = Pair {
+            numbers: (a, b),
+            a: circle_a,
+            a_minor_radius: body_a.minor_radius,
+            law,
+            from_b,
+            relative,
+            implicit: self.half_step * (body_a.mobility + body_b.mobility),
+        };
+        let slip = self.slip_of::<FRICTION>(material, &pair, Some(b));
+        if b < rings {
+            ring_ring::<DAMPED, FRICTION>(&pair, circle_b, body_b.minor_radius, &slip, forces);
+        } else if a < rings {
+            ring_sphere::<DAMPED, FRICTION>(&pair, &circle_b.centre, body_b.minor_radius, &slip, forces);
+        } else {
+            sphere_sphere::<DAMPED, FRICTION>(&pair, body_b.minor_radius, &slip, forces);
+        }
+        true
+    }
+
+    /// The same for a body and a plane.
+    #[inline]
+    fn body_and_plane<const DAMPED: bool, const FRICTION: bool>(
+        &self,
+        a: u32,
+        b: u32,
+        forces: &mut Vec<PairForce>,
+    ) -> bool {
+        let body = &self.model.bodies()[a as usize];
+        let circle = &self.moment.circles[a as usize];
+        let plane = &self.model.planes()[b as usize - self.model.body_count()];
+        if !(plane.normal.dot(&circle.centre) - plane.offset < body.bounding_radius) {
+            return false;
+        }
+        let material = self.model.pair_material(a, b);
+        let is_ring = (a as usize) < self.model.ring_count();
+        let law = if is_ring { material.line } else { material.point };
+        let from_b = Vec3::zeros();
+        let relative = self.relative(&self.moment.velocities, a, None, &from_b);
+        let pair = Pair {
+            numbers: (a, b),
+            a: circle,
+            a_minor_radius: body.minor_radius,
+            law,
+            from_b,
+            relative,
+            implicit: self.half_step * body.mobility,
+        };
+        let slip = self.slip_of::<FRICTION>(material, &pair, None);
+        if is_ring {
+            ring_plane::<DAMPED, FRICTION>(&pair, plane, &slip, forces);
+        } else {
+            sphere_plane::<DAMPED, FRICTION>(&pair, plane, &slip, forces);
+        }
+        true
+    }
+
+    /// Velocity of A relative to B; a plane is at rest.
+    #[inline]
+    fn relative(&self, velocities: &[Velocity], a: u32, b: Option<u32>, from_b: &Vec3) -> Velocity {
+        match b {
+            Some(b) => relative_velocity(&velocities[a as usize], &velocities[b as usize], from_b),
+            None => velocities[a as usize],
+        }
+    }
+
+    /// The state of friction between two bodies; nothing is looked up without friction.
+    #[inline]
+    fn slip_of<const FRICTION: bool>(
+        &self,
+        material: &PairMaterial,
+        pair: &Pair,
+        moving_b: Option<u32>,
+    ) -> Slip<'_> {
+        if !FRICTION || material.friction_coefficient == 0.0 {
+            return Slip::NONE;
+        }
+        let (a, b) = pair.numbers;
+        let start = self.springs.partition_point(|spring| (spring.body_a, spring.body_b) < (a, b));
+        let rest = &self.springs[start..];
+        let count = rest.iter().take_while(|spring| (spring.body_a, spring.body_b) == (a, b)).count();
+        let (since, kept) = (self.slip.since, self.slip.kept);
+        Slip {
+            old: &rest[..count],
+            coefficient: material.friction_coefficient,
+            stiffness: material.friction_stiffness,
+            since: (self.relative(since.0, a, moving_b, &pair.from_b), since.1),
+            kept: (self.relative(kept.0, a, moving_b, &pair.from_b), kept.1),
+        }
+    }
+}

@@ -1,0 +1,348 @@
+//! The model: a scene compiled into constants. Immutable; shared by all threads.
+
+use crate::body::Body;
+use crate::material::PairMaterial;
+use crate::plan::Features;
+use crate::{overlap, plan, stability};
+use geometry::{Circle, Vec3};
+use schemas::plan::Plan;
+use schemas::scene::{Forces, Integrator, Material, Scene, Time};
+use schemas::state::BodyState;
+use std::fmt;
+
+/// A scene, compiled: constants of bodies and pairs of materials, the starting poses, the rings that are
+/// linked, and what the scene needs of the program.
+#[derive(Clone, Debug)]
+pub struct Model {
+    bodies: Vec<Body>,
+    ring_count: usize,
+    planes: Vec<HalfSpace>,
+    material_count: usize,
+    pair_materials: Vec<PairMaterial>,
+    initial: Vec<BodyState>,
+    linked_pairs: Vec<(u32, u32)>,
+    gravity: Vec3,
+    time: Time,
+    integrator: Integrator,
+    grid_radius: f64,
+    largest_time_step_s: f64,
+    pub(crate) features: Features,
+}
+
+/// A fixed half-space: the points with `normal . p < offset` are solid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HalfSpace {
+    /// Unit normal, out of the solid.
+    pub normal: Vec3,
+    /// Signed distance of the surface from World's origin along the normal (m).
+    pub offset: f64,
+    pub(crate) material: u32,
+}
+
+/// A body, named as a person counts them in the scene: rings (woven ones first), spheres and planes, each
+/// from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum BodyName {
+    /// `ring N`.
+    Ring(usize),
+    /// `sphere N`.
+    Sphere(usize),
+    /// `plane N`.
+    Plane(usize),
+}
+
+impl fmt::Display for BodyName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            BodyName::Ring(index) => write!(f, "ring {index}"),
+            BodyName::Sphere(index) => write!(f, "sphere {index}"),
+            BodyName::Plane(index) => write!(f, "plane {index}"),
+        }
+    }
+}
+
+/// How to compile a scene; the default is how runs do it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Compile {
+    /// Every part is taken in, needed or not. The same bits, only slower.
+    pub everything_on: bool,
+    /// A time step beyond the stability bound is accepted: for studies of what happens there.
+    pub beyond_stability_bound: bool,
+}
+
+/// A scene that reads well and cannot be simulated.
+#[derive(Debug, thiserror::Error, PartialEq)]
+pub enum ModelError {
+    /// Two bodies overlap at the start: their contact would fling them apart.
+    #[error(
+        "{a} and {b} overlap at the start: their gap is {gap_m:e} m, expected 0 or more; move one of them, \
+         or make it smaller"
+    )]
+    Overlap {
+        /// One body.
+        a: BodyName,
+        /// The other.
+        b: BodyName,
+        /// Their gap (m); negative.
+        gap_m: f64,
+    },
+    /// The time step is too long for the stiffest contact, for drag or for spin.
+    #[error(
+        "time.time_step_s = {time_step_s:e}: expected at most {largest_s:e} s, the bound set by {cause}; \
+         take a smaller step or a softer material"
+    )]
+    TimeStep {
+        /// The step as given (s).
+        time_step_s: f64,
+        /// The largest step that is accepted (s).
+        largest_s: f64,
+        /// What sets the bound.
+        cause: String,
+    },
+    /// More bodies than 32-bit numbers can name.
+    #[error("{count} bodies: expected at most {largest}")]
+    TooManyBodies {
+        /// Bodies and planes in the scene.
+        count: usize,
+        /// The largest number.
+        largest: usize,
+    },
+}
+
+impl Model {
+    /// Compiles a resolved scene. The plan says what the scene needs of the simulator and why.
+    ///
+    /// # Errors
+    ///
+    /// [`ModelError`] if bodies overlap at the start, or the time step is beyond the stability bound.
+    pub fn compile(scene: &Scene) -> Result<(Model, Plan), ModelError> {
+        Model::compile_as(scene, Compile::default())
+    }
+
+    /// The same with every part taken in, needed or not: the same bits, only slower. For tests and for
+    /// measuring what leaving out saves.
+    ///
+    /// # Errors
+    ///
+    /// As [`Model::compile`].
+    pub fn compile_everything_on(scene: &Scene) -> Result<(Model, Plan), ModelError> {
+        Model::compile_as(scene, Compile { everything_on: true, ..Compile::default() })
+    }
+
+    /// Compiles a scene in another way than for a run.
+    ///
+    /// # Errors
+    ///
+    /// As [`Model::compile`], less what was switched off.
+    pub fn compile_as(scene: &Scene, how: Compile) -> Result<(Model, Plan), ModelError> {
+        const COUNT_MAX: usize = (u32::MAX / 2) as usize;
+        let count = scene.rings.len() + scene.spheres.len() + scene.planes.len();
+        if count > COUNT_MAX {
+            return Err(ModelError::TooManyBodies { count, largest: COUNT_MAX });
+        }
+        let mut model = Model::lay_out(scene);
+        let (features, plan) = plan::make(scene, &model, how.everything_on);
+        model.features = features;
+        model.linked_pairs = overlap::check_and_find_links(&model)?;
+        model.count_contacts();
+        let stability::Bound { largest_s, cause } = stability::bound(scene, &model);
+        model.largest_time_step_s = largest_s;
+        let time_step_s = scene.time.time_step_s;
+        if time_step_s > largest_s && !how.beyond_stability_bound {
+            return Err(ModelError::TimeStep { time_step_s, largest_s, cause });
+        }
+        Ok((model, plan))
+    }
+
+    /// Each body's mobility, once its links are known.
+    fn count_contacts(&mut self) {
+        let mut counts = vec![1.0; self.bodies.len()];
+        for &(a, b) in &self.linked_pairs {
+            counts[a as usize] += 1.0;
+            counts[b as usize] += 1.0;
+        }
+        for (body, count) in self.bodies.iter_mut().zip(counts) {
+            body.mobility = body.mobility_at(body.bounding_radius) * count;
+        }
+    }
+
+    fn lay_out(scene: &Scene) -> Model {
+        let time_step = scene.time.time_step_s;
+        let Forces { gravity_m_per_s2, .. } = scene.forces;
+        let names: Vec<&String> = scene.materials.keys().collect();
+        let materials: Vec<&Material> = scene.materials.values().collect();
+        let material = |name: &String| {
+            names.binary_search(&name).expect("a resolved scene names existing materials") as u32
+        };
+        let rings =
+            scene.rings.iter().map(|r| Body::ring(r, material(&r.material), &scene.forces, time_step));
+        let spheres = scene.spheres.iter().map(|s| Body::sphere(s, material(&s.material), time_step));
+        let bodies: Vec<Body> = rings.chain(spheres).collect();
+        let mut pair_materials = Vec::with_capacity(materials.len() * materials.len());
+        for a in &materials {
+            pair_materials.extend(materials.iter().map(|b| PairMaterial::new(a, b)));
+        }
+        let plane = |plane: &schemas::scene::Plane| HalfSpace {
+            normal: Vec3::from(plane.normal),
+            offset: plane.offset_m,
+            material: material(&plane.material),
+        };
+        let mut grid_radius = 0.0;
+        let in_grid = if scene.rings.is_empty() { &bodies[..] } else { &bodies[..scene.rings.len()] };
+        for body in in_grid {
+            if body.bounding_radius > grid_radius {
+                grid_radius = body.bounding_radius;
+            }
+        }
+        Model {
+            ring_count: scene.rings.len(),
+            planes: scene.planes.iter().map(plane).collect(),
+            material_count: materials.len(),
+            pair_materials,
+            initial: initial_bodies(scene),
+            linked_pairs: Vec::new(),
+            gravity: Vec3::from(gravity_m_per_s2),
+            time: scene.time.clone(),
+            integrator: scene.method.integrator,
+            grid_radius,
+            largest_time_step_s: f64::INFINITY,
+            features: Features::default(),
+            bodies,
+        }
+    }
+
+    /// The bodies' constants: rings, then spheres.
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// Rings and spheres together.
+    pub fn body_count(&self) -> usize {
+        self.bodies.len()
+    }
+
+    /// Rings.
+    pub fn ring_count(&self) -> usize {
+        self.ring_count
+    }
+
+    /// The fixed half-spaces; in pairs they are numbered after the bodies.
+    pub fn planes(&self) -> &[HalfSpace] {
+        &self.planes
+    }
+
+    /// The poses and velocities before the first step; pinned bodies are at rest.
+    pub fn initial_bodies(&self) -> &[BodyState] {
+        &self.initial
+    }
+
+    /// The pairs of rings that are linked at the start, in order.
+    pub fn linked_pairs(&self) -> &[(u32, u32)] {
+        &self.linked_pairs
+    }
+
+    /// Acceleration of gravity (m/s^2), World.
+    pub fn gravity(&self) -> Vec3 {
+        self.gravity
+    }
+
+    /// Simulated time: duration, step, frames.
+    pub fn time(&self) -> &Time {
+        &self.time
+    }
+
+    /// The largest time step that the scene allows (s), as an estimate on the safe side; infinite where
+    /// nothing sets a bound. How it is found is told where it is made, in the module `stability`.
+    pub fn largest_time_step_s(&self) -> f64 {
+        self.largest_time_step_s
+    }
+
+    /// The integrator.
+    pub fn integrator(&self) -> Integrator {
+        self.integrator
+    }
+
+    /// The name of a body or plane by its number in pairs.
+    pub fn body_name(&self, number: u32) -> BodyName {
+        let number = number as usize;
+        if number < self.ring_count {
+            BodyName::Ring(number)
+        } else if number < self.bodies.len() {
+            BodyName::Sphere(number - self.ring_count)
+        } else {
+            BodyName::Plane(number - self.bodies.len())
+        }
+    }
+
+    /// Bounding radius for which the grid of the broad phase is made (m).
+    pub(crate) fn grid_radius(&self) -> f64 {
+        self.grid_radius
+    }
+
+    /// Whether contact between two bodies can move anything.
+    pub(crate) fn interacts(&self, a: u32, b: u32) -> bool {
+        !(self.bodies[a as usize].pinned && self.bodies[b as usize].pinned)
+    }
+
+    /// The two bodies of a pair, the one that carries the contact arc first: a ring before a sphere, the
+    /// smaller major radius, then the lower number.
+    pub(crate) fn ordered(&self, a: u32, b: u32) -> (u32, u32) {
+        let (low, high) = if a < b { (a, b) } else { (b, a) };
+        let both_rings = (high as usize) < self.ring_count;
+        let radius = |body: u32| self.bodies[body as usize].major_radius;
+        if both_rings && radius(high) < radius(low) { (high, low) } else { (low, high) }
+    }
+
+    /// The constants of a pair of bodies, or of a body and a plane.
+    #[inline]
+    pub(crate) fn pair_material(&self, a: u32, b: u32) -> &PairMaterial {
+        let material = |number: u32| {
+            let number = number as usize;
+            match self.bodies.get(number) {
+                Some(body) => body.material,
+                None => self.planes[number - self.bodies.len()].material,
+            }
+        };
+        &self.pair_materials[material(a) as usize * self.material_count + material(b) as usize]
+    }
+
+    /// The constants of all pairs of materials that bodies and planes have.
+    pub(crate) fn materials_that_meet(&self) -> impl Iterator<Item = &PairMaterial> {
+        let mut of_bodies = vec![false; self.material_count];
+        let mut of_planes = vec![false; self.material_count];
+        self.bodies.iter().for_each(|body| of_bodies[body.material as usize] = true);
+        self.planes.iter().for_each(|plane| of_planes[plane.material as usize] = true);
+        (0..self.material_count * self.material_count)
+            .filter(move |index| {
+                let (a, b) = (index / self.material_count, index % self.material_count);
+                of_bodies[a] && (of_bodies[b] || of_planes[b])
+            })
+            .map(|index| &self.pair_materials[index])
+    }
+
+    /// The frames of all bodies in some poses; a sphere's has no radius.
+    pub(crate) fn circles(&self, poses: &[BodyState]) -> Vec<Circle> {
+        let circle = |(state, body): (&BodyState, &Body)| {
+            let motion = crate::state::Motion::of(state);
+            Circle::from_pose(motion.position, &motion.orientation, body.major_radius)
+        };
+        poses.iter().zip(&self.bodies).map(circle).collect()
+    }
+}
+
+fn initial_bodies(scene: &Scene) -> Vec<BodyState> {
+    let moving = |pinned: bool, velocity: [f64; 3]| if pinned { [0.0; 3] } else { velocity };
+    let rings = scene.rings.iter().map(|ring| BodyState {
+        position_m: ring.position_m,
+        orientation: ring.orientation,
+        linear_velocity_m_per_s: moving(ring.pinned, ring.linear_velocity_m_per_s),
+        angular_velocity_rad_per_s: moving(ring.pinned, ring.angular_velocity_rad_per_s),
+    });
+    let spheres = scene.spheres.iter().map(|sphere| BodyState {
+        position_m: sphere.position_m,
+        orientation: [0.0, 0.0, 0.0, 1.0],
+        linear_velocity_m_per_s: moving(sphere.pinned, sphere.linear_velocity_m_per_s),
+        angular_velocity_rad_per_s: moving(sphere.pinned, sphere.angular_velocity_rad_per_s),
+    });
+    rings.chain(spheres).collect()
+}

@@ -1,0 +1,73 @@
+//! The plan: which parts of the simulator a scene needs, and why the others are left out.
+
+use crate::Model;
+use schemas::plan::Plan;
+use schemas::scene::{Integrator, Scene};
+
+/// What the plan took in, as the code asks for it: outside the inner loops, where each combination picks
+/// its own compiled variant.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Features {
+    pub gravity: bool,
+    pub drag: bool,
+    pub damping: bool,
+    pub friction: bool,
+}
+
+/// Makes the plan of a scene, and the switches that honour it.
+///
+/// Pairs of shapes need no switch: a pair that cannot meet never becomes a candidate.
+pub(crate) fn make(scene: &Scene, model: &Model, everything: bool) -> (Features, Plan) {
+    let mut plan = Plan::default();
+    let mut choose = |part: &str, needed: bool, reason: String| {
+        plan.push(part, needed || everything, if everything { "forced on".to_owned() } else { reason });
+        needed || everything
+    };
+    let (rings, spheres, planes) = (model.ring_count(), scene.spheres.len(), model.planes().len());
+    let free = |range: std::ops::Range<usize>| model.bodies()[range].iter().filter(|b| !b.pinned).count();
+    let free_rings = free(0..rings);
+    let free_spheres = free(rings..rings + spheres);
+
+    let counts = format!("{rings} rings ({free_rings} free), {spheres} spheres, {planes} planes");
+    choose("broad-phase/cell-list", rings + spheres > 1, counts.clone());
+    let pairs = [
+        ("contact/ring-ring", rings > 1 && free_rings > 0),
+        ("contact/ring-sphere", rings > 0 && spheres > 0 && free_rings + free_spheres > 0),
+        ("contact/ring-plane", free_rings > 0 && planes > 0),
+        ("contact/sphere-sphere", spheres > 1 && free_spheres > 0),
+        ("contact/sphere-plane", free_spheres > 0 && planes > 0),
+    ];
+    let mut contact = false;
+    for (part, needed) in pairs {
+        contact |= needed;
+        choose(part, needed, counts.clone());
+    }
+
+    let materials: Vec<_> = model.materials_that_meet().collect();
+    let damped = materials.iter().any(|pair| pair.damped());
+    let reason = if damped { "a material is damped" } else { "no material is damped" };
+    let damping = choose("contact/damping", contact && damped, reason.to_owned());
+    let largest = materials.iter().fold(0.0, |largest, pair| {
+        if pair.friction_coefficient > largest { pair.friction_coefficient } else { largest }
+    });
+    let reason = format!("largest friction coefficient of a pair is {largest}");
+    let friction = choose("contact/friction", contact && largest > 0.0, reason);
+
+    let [x, y, z] = scene.forces.gravity_m_per_s2;
+    let gravity = choose("force/gravity", [x, y, z] != [0.0; 3], format!("gravity is [{x}, {y}, {z}] m/s^2"));
+    let (linear, angular) = (scene.forces.linear_drag_kg_per_s, scene.forces.angular_drag_kg_m2_per_s);
+    let linear_needed = linear > 0.0 && free_rings > 0;
+    let mut drag = choose("force/linear-drag", linear_needed, format!("{linear} kg/s on {free_rings} rings"));
+    let angular_needed = angular > 0.0 && free_rings > 0;
+    drag |= choose("force/angular-drag", angular_needed, format!("{angular} kg m^2/s"));
+
+    // One of the two is always left out: they are different answers, not parts of one.
+    for (part, integrator) in [("integrator/verlet", Integrator::Verlet), ("integrator/rk4", Integrator::Rk4)]
+    {
+        let reason = format!("method.integrator is {:?}", model.integrator()).to_lowercase();
+        plan.push(part, integrator == model.integrator(), reason);
+    }
+    plan.push("audit/links", free_rings > 0 && rings > 1, counts.clone());
+    plan.push("audit/gap", contact, counts);
+    (Features { gravity, drag, damping, friction }, plan)
+}

@@ -1,0 +1,194 @@
+//! The diary of a run: one record for each step, and the state's message.
+
+use crate::overlap::gap;
+use crate::state::Motion;
+use crate::{Model, Scratch, State, Stop};
+use geometry::circle::linked;
+use geometry::rotation;
+use schemas::step::{Audit, StageHashes, StepRecord};
+use schemas::{Hash, chain, state};
+
+/// Records the steps of one run, in order.
+#[derive(Debug)]
+pub struct Records {
+    chained_hash: Hash,
+    /// The message of the last recorded state.
+    message: Vec<u8>,
+    /// Canonical bytes of one stage.
+    stage: Vec<u8>,
+}
+
+impl Records {
+    /// Records for a run that starts ([`Hash::default`]) or goes on from a step with this chained hash.
+    pub fn after(chained_hash: Hash) -> Records {
+        Records { chained_hash, message: Vec::new(), stage: Vec::new() }
+    }
+
+    /// The message of the last recorded state: the bytes of the topic `state` and of the log.
+    pub fn state_message(&self) -> &[u8] {
+        &self.message
+    }
+
+    /// The chained hash up to the last recorded step.
+    pub fn chained_hash(&self) -> Hash {
+        self.chained_hash
+    }
+
+    /// Records the step that was just made (or the state that was just evaluated).
+    ///
+    /// Contacts and forces are those of the step's evaluation: for `verlet` at the middle of the step, for
+    /// `rk4` in its last stage. Contact energy is carried from there to the state by the power of the
+    /// elastic forces, so that all energies are those of one moment, to second order in the step.
+    ///
+    /// The audit (links, smallest gap) is made at frame times and at the last step.
+    pub fn record(&mut self, model: &Model, state: &State, scratch: &Scratch) -> StepRecord {
+        let state_hash = state::encode(&state.header(), &state.bodies, &state.contacts, &mut self.message);
+        self.chained_hash = chain(&self.chained_hash, &state_hash);
+        let time = model.time();
+        let audited = time.frame_at(state.step).is_some() || state.step == time.step_count();
+        let (kinetic_energy_j, gravity_energy_j) = mechanical_energy(model, state);
+        let mut penetration_m = 0.0;
+        let mut contacts = 0;
+        for (_, _, contact) in scratch.evaluation.contacts() {
+            contacts += 1;
+            if contact.penetration > penetration_m {
+                penetration_m = contact.penetration;
+            }
+        }
+        StepRecord {
+            step: state.step,
+            sim_time_s: state.sim_time_s,
+            candidate_pairs: scratch.evaluation.candidates().count() as u64,
+            contacts,
+            kinetic_energy_j,
+            gravity_energy_j,
+            contact_energy_j: contact_energy(model, state, scratch),
+            dissipated_energy_j: state.dissipated_energy_j,
+            penetration_m,
+            audit: audited.then(|| audit(model, state)),
+            stages: self.stages(scratch, &state_hash),
+            state_hash,
+            chained_hash: self.chained_hash,
+        }
+    }
+
+    fn stages(&mut self, scratch: &Scratch, state_hash: &Hash) -> StageHashes {
+        let evaluation = &scratch.evaluation;
+        let bytes = &mut self.stage;
+        bytes.clear();
+        for &(a, b) in evaluation.candidates() {
+            put_pair(bytes, a, b);
+        }
+        let candidate_pairs = Hash::of(bytes).short();
+        bytes.clear();
+        for (a, b, contact) in evaluation.contacts() {
+            put_pair(bytes, a, b);
+            bytes.extend_from_slice(&contact.arc.to_le_bytes());
+            put(bytes, &[contact.mid_cos, contact.mid_sin, contact.penetration, contact.normal_force]);
+        }
+        let contacts = Hash::of(bytes).short();
+        bytes.clear();
+        for wrench in &evaluation.wrenches {
+            let (f, t) = (&wrench.force, &wrench.torque);
+            put(bytes, &[f.x, f.y, f.z, t.x, t.y, t.z]);
+        }
+        let forces = Hash::of(bytes).short();
+        StageHashes { candidate_pairs, contacts, forces, state: state_hash.short() }
+    }
+}
+
+fn put_pair(bytes: &mut Vec<u8>, a: u32, b: u32) {
+    bytes.extend_from_slice(&a.to_le_bytes());
+    bytes.extend_from_slice(&b.to_le_bytes());
+}
+
+fn put(bytes: &mut Vec<u8>, values: &[f64]) {
+    for value in values {
+        bytes.extend_from_slice(&value.to_le_bytes());
+    }
+}
+
+/// Kinetic energy, and potential energy in the field of gravity (zero at World's origin), in joules.
+pub fn mechanical_energy(model: &Model, state: &State) -> (f64, f64) {
+    let (mut kinetic, mut gravity) = (0.0, 0.0);
+    for (body, pose) in model.bodies().iter().zip(&state.bodies) {
+        let motion = Motion::of(pose);
+        let (_, _, normal) = rotation::axes(&motion.orientation);
+        let about = motion.angular.dot(&normal);
+        let across = motion.angular - normal * about;
+        kinetic += 0.5 * body.mass_kg * motion.linear.norm_squared()
+            + 0.5 * body.inertia_transverse_kg_m2 * across.norm_squared()
+            + 0.5 * body.inertia_axial_kg_m2 * about * about;
+        gravity -= body.mass_kg * model.gravity().dot(&motion.position);
+    }
+    (kinetic, gravity)
+}
+
+/// Energy in the normal springs at the state (J): that of the last evaluation, less the elastic forces'
+/// work since.
+fn contact_energy(model: &Model, state: &State, scratch: &Scratch) -> f64 {
+    let evaluation = &scratch.evaluation;
+    let mut energy = 0.0;
+    for pair in evaluation.pair_forces() {
+        energy += pair.energy;
+    }
+    let age = scratch.evaluation_age_s;
+    if age == 0.0 {
+        return energy;
+    }
+    let loses = crate::forces::Evaluation::loses(model);
+    let mut power = 0.0;
+    for (index, pose) in state.bodies.iter().enumerate() {
+        let motion = Motion::of(pose);
+        let wrench = &evaluation.wrenches[index];
+        let (mut force, mut torque) = (wrench.force, wrench.torque);
+        if loses {
+            force -= evaluation.lost[index].force;
+            torque -= evaluation.lost[index].torque;
+        }
+        power += force.dot(&motion.linear) + torque.dot(&motion.angular);
+    }
+    energy - age * power
+}
+
+/// Looks at all links and gaps of a state.
+pub fn audit(model: &Model, state: &State) -> Audit {
+    let circles = model.circles(&state.bodies);
+    let links_intact = model
+        .linked_pairs()
+        .iter()
+        .filter(|&&(a, b)| linked(&circles[a as usize], &circles[b as usize]))
+        .count() as u64;
+    let mut neighbours = crate::neighbours::Neighbours::default();
+    neighbours.update(model, &circles);
+    let mut gap_min_m: Option<f64> = None;
+    for &(a, b) in neighbours.pairs() {
+        let gap = gap(model, &circles, a, b);
+        if gap_min_m.is_none_or(|smallest| gap < smallest) {
+            gap_min_m = Some(gap + 0.0);
+        }
+    }
+    Audit { links: model.linked_pairs().len() as u64, links_intact, gap_min_m }
+}
+
+/// Whether an audit lets the run go on.
+///
+/// # Errors
+///
+/// [`Stop::LinkBroken`] names the first pair of rings that came apart.
+pub fn check_audit(model: &Model, state: &State, audit: &Audit) -> Result<(), Stop> {
+    if audit.links_intact == audit.links {
+        return Ok(());
+    }
+    let circles = model.circles(&state.bodies);
+    let broken =
+        model.linked_pairs().iter().find(|&&(a, b)| !linked(&circles[a as usize], &circles[b as usize]));
+    let Some(&(a, b)) = broken else { return Ok(()) };
+    Err(Stop::LinkBroken {
+        step: state.step,
+        a: model.body_name(a),
+        b: model.body_name(b),
+        intact: audit.links_intact,
+        links: audit.links,
+    })
+}

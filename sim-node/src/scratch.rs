@@ -1,0 +1,69 @@
+//! Memory that a step works in, made once.
+
+use crate::Model;
+use crate::contact::Velocity;
+use crate::forces::{Evaluation, Moment};
+use crate::rk4::Rk4Scratch;
+use geometry::{Circle, Vec3};
+use nalgebra::UnitQuaternion;
+use schemas::scene::Integrator;
+use schemas::state::ContactState;
+
+/// Bodies below which threads are not worth their waking up.
+const PARALLEL_BODIES: usize = 1000;
+
+/// Working memory of [`step`](crate::step): nothing in it changes a result, and a new one gives the same
+/// bits.
+pub struct Scratch {
+    pub(crate) evaluation: Evaluation,
+    pub(crate) moment: Moment,
+    /// Orientations at the moment of the evaluation.
+    pub(crate) orientations: Vec<UnitQuaternion<f64>>,
+    /// The part of angular velocity that free motion keeps, and the spin about the axis (rad/s).
+    pub(crate) precession: Vec<(Vec3, f64)>,
+    /// Time from the last force evaluation to the state (s).
+    pub(crate) evaluation_age_s: f64,
+    pub(crate) rk4: Rk4Scratch,
+    pub(crate) pool: Option<rayon::ThreadPool>,
+}
+
+impl Scratch {
+    /// Working memory for a model. `threads` above 1 share the work of large scenes; the result has the same
+    /// bits whatever their number.
+    pub fn new(model: &Model, threads: usize) -> Scratch {
+        let count = model.body_count();
+        let parallel = threads > 1 && count >= PARALLEL_BODIES;
+        // Where no threads can be had, one does the work.
+        let pool = parallel.then(|| rayon::ThreadPoolBuilder::new().num_threads(threads).build().ok());
+        let circle =
+            Circle { centre: Vec3::zeros(), u: Vec3::x(), w: Vec3::y(), normal: Vec3::z(), radius: 0.0 };
+        let rk4 = model.integrator() == Integrator::Rk4;
+        Scratch {
+            evaluation: Evaluation::new(model),
+            moment: Moment { circles: vec![circle; count], velocities: vec![Velocity::ZERO; count] },
+            orientations: vec![UnitQuaternion::identity(); count],
+            precession: vec![(Vec3::zeros(), 0.0); count],
+            evaluation_age_s: 0.0,
+            rk4: Rk4Scratch::new(if rk4 { count } else { 0 }),
+            pool: pool.flatten(),
+        }
+    }
+
+    /// Takes friction's springs over into the state, in pair order.
+    pub(crate) fn keep_springs(&self, contacts: &mut Vec<ContactState>) {
+        contacts.clear();
+        for (body_a, body_b, contact) in self.evaluation.contacts() {
+            if let Some(spring) = contact.spring {
+                contacts.push(ContactState {
+                    body_a,
+                    body_b,
+                    arc: contact.arc,
+                    reserved: 0,
+                    mid_cos: contact.mid_cos,
+                    mid_sin: contact.mid_sin,
+                    spring_m: (spring + Vec3::zeros()).into(),
+                });
+            }
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! One step, and what can stop a run.
+
+use crate::forces::SlipMotion;
+use crate::model::BodyName;
+use crate::state::Motion;
+use crate::{Model, Scratch, State, contact::Velocity, rk4, verlet};
+use geometry::Circle;
+use schemas::scene::Integrator;
+use schemas::state::BodyState;
+
+/// Why a run cannot go on. The state is left as it was when this was noticed.
+#[derive(Debug, thiserror::Error, PartialEq)]
+pub enum Stop {
+    /// A number of the state is NaN or infinite.
+    #[error("step {step}: {field} of {body} is {value}, not a finite number")]
+    NonFinite {
+        /// The step that made it.
+        step: u64,
+        /// Whose number it is.
+        body: BodyName,
+        /// Its name in the state.
+        field: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// Rings that were linked at the start are not any more: one has passed through another.
+    #[error(
+        "step {step}: {a} and {b} were linked at the start and are not any more (links left: {intact} of \
+         {links}); take a smaller time.time_step_s or a stiffer material"
+    )]
+    LinkBroken {
+        /// The step of the audit.
+        step: u64,
+        /// One ring of the first broken pair.
+        a: BodyName,
+        /// The other.
+        b: BodyName,
+        /// Links that are left.
+        intact: u64,
+        /// Links at the start.
+        links: u64,
+    },
+}
+
+/// Advances a state by one time step.
+///
+/// # Errors
+///
+/// [`Stop::NonFinite`] names step, body and field; nothing is repaired.
+///
+/// # Panics
+///
+/// If the state or the scratch was made for a model with another number of bodies.
+pub fn step(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(), Stop> {
+    assert_eq!(state.bodies.len(), model.body_count(), "bodies of the state and of the model");
+    assert_eq!(scratch.moment.circles.len(), model.body_count(), "bodies of the scratch and of the model");
+    match model.integrator() {
+        Integrator::Verlet => verlet::advance(model, state, scratch),
+        Integrator::Rk4 => rk4::advance(model, state, scratch),
+    }
+    state.step += 1;
+    state.sim_time_s = state.step as f64 * model.time().time_step_s;
+    state.dissipated_energy_j += 0.0;
+    check_finite(model, state)
+}
+
+/// Evaluates the contact forces at a state without moving it, so that the state can be recorded: needed for
+/// the first state of a run, for which no step has made them.
+pub fn evaluate(model: &Model, state: &State, scratch: &mut Scratch) {
+    for (index, (body, pose)) in model.bodies().iter().zip(&state.bodies).enumerate() {
+        let motion = Motion::of(pose);
+        scratch.moment.circles[index] =
+            Circle::from_pose(motion.position, &motion.orientation, body.major_radius);
+        scratch.moment.velocities[index] = Velocity { linear: motion.linear, angular: motion.angular };
+    }
+    let velocities = scratch.moment.velocities.as_slice();
+    let slip = SlipMotion { since: (velocities, 0.0), kept: (velocities, 0.0) };
+    let pool = scratch.pool.as_ref();
+    scratch.evaluation.evaluate(model, &scratch.moment, &state.contacts, slip, pool);
+    scratch.evaluation_age_s = 0.0;
+}
+
+fn check_finite(model: &Model, state: &State) -> Result<(), Stop> {
+    for (index, body) in state.bodies.iter().enumerate() {
+        let numbers: &[f64; 13] = bytemuck::cast_ref(body);
+        // A sum is finite only if all its parts are (and it may overflow where they are: looked at below).
+        let sum: f64 = numbers.iter().sum();
+        if !sum.is_finite() {
+            find_non_finite(model, state.step, index, body)?;
+        }
+    }
+    Ok(())
+}
+
+#[cold]
+fn find_non_finite(model: &Model, step: u64, index: usize, body: &BodyState) -> Result<(), Stop> {
+    let fields: [(&'static str, &[f64]); 4] = [
+        ("position_m", &body.position_m),
+        ("orientation", &body.orientation),
+        ("linear_velocity_m_per_s", &body.linear_velocity_m_per_s),
+        ("angular_velocity_rad_per_s", &body.angular_velocity_rad_per_s),
+    ];
+    for (field, values) in fields {
+        if let Some(&value) = values.iter().find(|value| !value.is_finite()) {
+            return Err(Stop::NonFinite { step, body: model.body_name(index as u32), field, value });
+        }
+    }
+    Ok(())
+}
