@@ -3,8 +3,11 @@
 //! It knows no physics, no light and no bus protocol: everything is done by the libraries it calls.
 
 mod failure;
+mod log_file;
+#[cfg(feature = "movie")]
 mod movie;
 mod output;
+mod pictures;
 mod progress;
 mod scene_file;
 mod stop;
@@ -104,6 +107,11 @@ fn exit_code(outcome: Outcome) -> ExitCode {
         failure.exit
     });
     ExitCode::from(exit as u8)
+}
+
+/// As many threads as the machine offers; no result depends on their number.
+fn default_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// Prints a report; a reader that has gone away (`| head`) is not an error.

@@ -1,7 +1,11 @@
-//! From the log's frames to picture files and an H.264 movie; the log is the only source.
+//! An H.264 movie in an MP4 file, encoded in process.
 
-use crate::failure::Failure;
-use std::fs;
+use muxide::api::{Muxer, MuxerBuilder, VideoCodec};
+use openh264::encoder::{
+    BitRate, Complexity, Encoder, EncoderConfig, FrameRate, FrameType, IntraFramePeriod, RateControlMode, VuiConfig,
+};
+use openh264::formats::{RgbSliceU8, YUVBuffer};
+use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
@@ -17,22 +21,21 @@ pub struct Picture {
 
 impl Picture {
     /// Reads a PNG as the renderer writes it: 8 bits, red, green, blue.
-    pub fn from_png(bytes: &[u8]) -> Result<Picture, Failure> {
-        let fail = |error: png::DecodingError| Failure::lost(format!("a frame of the log is not a PNG: {error}"));
+    pub fn from_png(bytes: &[u8]) -> Result<Picture, String> {
+        let fail = |error: png::DecodingError| format!("a frame of the log is not a PNG: {error}");
         let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().map_err(fail)?;
         let size = reader.output_buffer_size().unwrap_or(0);
         let mut rgb = vec![0; size];
         let info = reader.next_frame(&mut rgb).map_err(fail)?;
         if info.color_type != png::ColorType::Rgb || info.bit_depth != png::BitDepth::Eight {
-            return Err(Failure::lost("a frame of the log is not an 8-bit RGB picture"));
+            return Err("a frame of the log is not an 8-bit RGB picture".to_owned());
         }
         rgb.truncate(info.buffer_size());
         Ok(Picture { width: info.width as usize, height: info.height as usize, rgb })
     }
 
     /// The same picture with even sides, as 4:2:0 video needs: the last column or row is repeated.
-    #[cfg(feature = "movie")]
-    fn padded_to_even(self) -> Picture {
+        fn padded_to_even(self) -> Picture {
         let (width, height) = (self.width.next_multiple_of(2), self.height.next_multiple_of(2));
         if (width, height) == (self.width, self.height) {
             return self;
@@ -49,23 +52,15 @@ impl Picture {
     }
 }
 
-/// Writes one PNG file, byte for byte as it lies in the log.
-pub fn write_png(folder: &Path, frame: u64, bytes: &[u8]) -> Result<(), Failure> {
-    let path = folder.join(format!("{frame:04}.png"));
-    fs::write(&path, bytes).map_err(|error| Failure::lost(format!("cannot write {}: {error}", path.display())))
-}
-
 /// An MP4 file that is being written: H.264, one frame after another.
-#[cfg(feature = "movie")]
 pub struct Movie {
-    encoder: openh264::encoder::Encoder,
-    muxer: muxide::api::Muxer<BufWriter<fs::File>>,
+    encoder: Encoder,
+    muxer: Muxer<BufWriter<File>>,
     size: (usize, usize),
     frames_per_second: f64,
     frames: u64,
 }
 
-#[cfg(feature = "movie")]
 impl Movie {
     /// Bits per pixel and frame: generous for pictures with a little noise.
     const BITS_PER_PIXEL: f64 = 0.5;
@@ -74,10 +69,6 @@ impl Movie {
     ///
     /// Fails where the encoder does not take the size; the frames are there all the same.
     pub fn create(path: &Path, first: &Picture, frames_per_second: f64) -> Result<Movie, String> {
-        use muxide::api::{MuxerBuilder, VideoCodec};
-        use openh264::encoder::{
-            BitRate, Complexity, Encoder, EncoderConfig, FrameRate, IntraFramePeriod, RateControlMode, VuiConfig,
-        };
         let size = (first.width.next_multiple_of(2), first.height.next_multiple_of(2));
         if size.0 < 16 || size.1 < 16 || size.0 * size.1 > 36_864 * 256 {
             return Err(format!("H.264 takes pictures from 16x16 up to 9.4 million pixels, not {}x{}", size.0, size.1));
@@ -95,7 +86,7 @@ impl Movie {
             .vui(VuiConfig::bt601());
         let api = openh264::OpenH264API::from_source();
         let encoder = Encoder::with_api_config(api, config).map_err(|error| error.to_string())?;
-        let file = fs::File::create(path).map_err(|error| format!("cannot create {}: {error}", path.display()))?;
+        let file = File::create(path).map_err(|error| format!("cannot create {}: {error}", path.display()))?;
         let muxer = MuxerBuilder::new(BufWriter::new(file))
             .video(VideoCodec::H264, size.0 as u32, size.1 as u32, frames_per_second)
             .build()
@@ -105,8 +96,6 @@ impl Movie {
 
     /// Appends a picture.
     pub fn push(&mut self, picture: Picture) -> Result<(), String> {
-        use openh264::encoder::FrameType;
-        use openh264::formats::{RgbSliceU8, YUVBuffer};
         let picture = picture.padded_to_even();
         if (picture.width, picture.height) != self.size {
             return Err(format!("a frame of {}x{} in a movie of {:?}", picture.width, picture.height, self.size));

@@ -5,14 +5,18 @@ use std::sync::{Arc, OnceLock};
 
 static REQUESTED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 
-/// From now on the signals set the flag and no longer end the process.
-pub fn install() {
-    let flag = REQUESTED.get_or_init(|| Arc::new(AtomicBool::new(false)));
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        if let Err(error) = signal_hook::flag::register(signal, Arc::clone(flag)) {
-            tracing::warn!(signal, %error, "cannot catch a signal");
+/// The flag; from the first call on the signals set it and no longer end the process.
+pub fn flag() -> Arc<AtomicBool> {
+    let flag = REQUESTED.get_or_init(|| {
+        let flag = Arc::new(AtomicBool::new(false));
+        for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+            if let Err(error) = signal_hook::flag::register(signal, Arc::clone(&flag)) {
+                tracing::warn!(signal, %error, "cannot catch a signal");
+            }
         }
-    }
+        flag
+    });
+    Arc::clone(flag)
 }
 
 /// Whether the process was asked to stop.

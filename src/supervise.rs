@@ -1,6 +1,6 @@
 //! Starts the processes of a run, shows their progress, and ends all of them when one is lost.
 
-use crate::failure::{Exit, Failure};
+use crate::failure::Failure;
 use crate::progress::{self, LINES_VARIABLE, Meter, Progress};
 use crate::stop;
 use indicatif::MultiProgress;
@@ -24,8 +24,21 @@ pub struct Part {
     pub arguments: Vec<OsString>,
 }
 
+/// How a run ended that lost no process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// All is done.
+    Done,
+    /// The run's own audits stopped it.
+    Stopped,
+    /// A signal stopped it.
+    Interrupted,
+}
+
 /// After one process was lost, the others have this long to bring what they hold into safety.
 const GRACE: Duration = Duration::from_millis(1500);
+/// After a signal they finish what they are at: a frame in progress, the log.
+const GRACE_INTERRUPTED: Duration = Duration::from_secs(10);
 
 enum Report {
     Progress(usize, Progress),
@@ -44,10 +57,8 @@ struct Running {
 
 /// Runs the parts to their end.
 ///
-/// Returns the worst exit code of a run that ended by itself (0, or 1 for a run that its audits stopped). A
-/// part that is killed or fails in another way ends the whole run within [`GRACE`], as a [`Failure`] that
-/// names it.
-pub fn supervise(parts: Vec<Part>) -> Result<Exit, Failure> {
+/// A part that is killed or fails ends the whole run within [`GRACE`], as a [`Failure`] that names it.
+pub fn supervise(parts: Vec<Part>) -> Result<Ended, Failure> {
     let program = std::env::current_exe()
         .map_err(|error| Failure::lost(format!("cannot find this program's own file: {error}")))?;
     let bars = progress::group();
@@ -129,7 +140,11 @@ fn attend(
             }
             Ok(Report::Exited(index, status)) => {
                 running[index].exited = Some(status);
-                let fine = matches!(status.code(), Some(0 | 1));
+                let fine = match status.code() {
+                    Some(0 | 1) => true,
+                    Some(3) => stop::requested(),
+                    _ => false,
+                };
                 if !fine && first_failed.is_none() {
                     first_failed = Some(index);
                     deadline = Some(Instant::now() + GRACE);
@@ -141,6 +156,7 @@ fn attend(
         }
         if stop::requested() && !interrupted {
             interrupted = true;
+            deadline = Some(Instant::now() + GRACE_INTERRUPTED);
             signal_all(running, Signal::TERM);
         }
         if deadline.is_some_and(|deadline| Instant::now() > deadline) {
@@ -159,10 +175,15 @@ fn signal_all(running: &mut [Running], signal: Signal) {
     }
 }
 
-fn conclude(running: &[Running], first_failed: Option<usize>) -> Result<Exit, Failure> {
+fn conclude(running: &[Running], first_failed: Option<usize>) -> Result<Ended, Failure> {
+    let any_exited_with = |code| running.iter().any(|part| part.exited.and_then(|status| status.code()) == Some(code));
     let Some(first) = first_failed else {
-        let stopped = running.iter().any(|part| part.exited.and_then(|status| status.code()) == Some(1));
-        return Ok(if stopped { Exit::Differs } else { Exit::Done });
+        // A signal that came when all was done already interrupted nothing.
+        return Ok(match (any_exited_with(3), any_exited_with(1)) {
+            (true, _) => Ended::Interrupted,
+            (false, true) => Ended::Stopped,
+            (false, false) => Ended::Done,
+        });
     };
     // Of a process that was killed the others complain, and one of them may have been reaped before it.
     let killed_by_others = |part: &&Running| {

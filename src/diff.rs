@@ -1,0 +1,32 @@
+//! `diff`: the first difference of two logs.
+
+use crate::failure::{Exit, Outcome};
+use crate::{log_file, print, print_json};
+use clap::Args;
+use std::path::PathBuf;
+
+#[derive(Args)]
+#[command(after_help = "Example:\n  chainmail diff a/log.mcap b/log.mcap\n\nExit codes: 0 same, 1 different, \
+                        2 cannot be compared, 3 damaged.")]
+pub struct Arguments {
+    /// One log
+    a: PathBuf,
+    /// The other
+    b: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    let (a, b) = (log_file::open(&arguments.a)?, log_file::open(&arguments.b)?);
+    let diff = recorder::diff(&a, &b).map_err(log_file::failure)?;
+    if arguments.json {
+        print_json(&diff)?;
+    } else {
+        print(&diff.to_string())?;
+    }
+    log_file::refuse_damage(&a)?;
+    log_file::refuse_damage(&b)?;
+    Ok(if diff.same() { Exit::Done } else { Exit::Differs })
+}

@@ -1,0 +1,52 @@
+//! `rerender`: replay a log, render it with new settings, record: the same motion in a new log.
+
+use crate::failure::{Failure, Outcome};
+use crate::{log_file, output, run, stop};
+use bus::BusName;
+use clap::Args;
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::time::Instant;
+
+#[derive(Args)]
+#[command(after_help = "Example:\n  chainmail rerender out/drop/log.mcap --out out/drop-hi --set \
+                        render.samples_per_pixel=256 --set render.camera.position_m=[0,1,8]")]
+pub struct Arguments {
+    /// The log
+    log: PathBuf,
+    /// The folder to write into
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Replace the run in a folder that exists
+    #[arg(long)]
+    force: bool,
+    /// Threads of the renderer; no result depends on them [default: all]
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// Override a key of render.*: camera, light, looks, film; may be given again
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Print the summary as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    stop::flag();
+    let log = log_file::open_whole(&arguments.log)?;
+    let record = log.scene().map_err(log_file::failure)?;
+    record.scene.with_render(&arguments.set).map_err(Failure::input)?;
+    let same = |path: &PathBuf| path.canonicalize().ok();
+    if same(&arguments.log).is_some_and(|log| Some(log) == same(&arguments.out.join("log.mcap"))) {
+        return Err(Failure::input("--out names the folder of the log itself; the log would be lost. Name another"));
+    }
+    let folder = output::make(Some(&arguments.out), "", arguments.force)?;
+    let start = Instant::now();
+    let bus = BusName::unique();
+    let threads = arguments.threads.map(|threads| ["--threads".to_owned(), threads.to_string()]);
+    let mut player: Vec<OsString> =
+        vec!["replay".into(), arguments.log.clone().into(), "--as-fast-as-possible".into()];
+    player.extend(arguments.set.iter().flat_map(|set| ["--set".into(), set.into()]));
+    let parts = run::parts(&bus, player, &folder.join("log.mcap"), threads, false);
+    run::finish(&folder, run::supervise_on(&bus, parts), start, arguments.json)
+}
