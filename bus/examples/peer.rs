@@ -79,14 +79,17 @@ fn message(sequence: u64, bytes_max: u64) -> Message {
     Message { sequence, log_time_ns: sequence * 1000, bytes }
 }
 
-/// `--messages N` (0: until stopped), `--bytes-max`, `--slot-bytes`, `--say-every`.
+/// `--messages N` (0: until stopped), `--bytes-max`, `--slot-bytes`, `--say-every`,
+/// `--count-on ROLE` (instead of on all of the manifest).
 fn publish(options: &Options) -> Result<(), BusError> {
     let stop = stop_flag();
     let bus = Bus::join(&options.name, options.topic.publisher, Arc::clone(&stop))?;
     println!("joined");
     let bytes_max = options.number("bytes-max", 1000);
     let slot_bytes = options.number("slot-bytes", 1000) as usize;
-    let mut publisher = Publisher::open(&bus, options.topic, options.topic.subscribers, slot_bytes)?;
+    let counted = |role: &&Role| options.values.get("count-on").is_none_or(|name| name == role.name());
+    let subscribers: Vec<Role> = options.topic.subscribers.iter().filter(counted).copied().collect();
+    let mut publisher = Publisher::open(&bus, options.topic, &subscribers, slot_bytes)?;
     bus.handshake(&mut [&mut publisher], &mut [])?;
     println!("connected");
     let count = options.number("messages", 0);
@@ -106,9 +109,10 @@ fn publish(options: &Options) -> Result<(), BusError> {
 }
 
 /// `--bytes-max`, `--say-every`, `--first-look-ms` (late after opening), `--each-us` (time that a message
-/// takes), `--hold 1` (connects and then never reads).
+/// takes), `--hold-messages 1` (connects and reads nothing until SIGTERM).
 fn subscribe(options: &Options) -> Result<(), BusError> {
-    let bus = Bus::join(&options.name, options.role(), stop_flag())?;
+    let stop = stop_flag();
+    let bus = Bus::join(&options.name, options.role(), Arc::clone(&stop))?;
     println!("joined");
     let mut subscriber = Subscriber::open(&bus, options.topic)?;
     println!("opened");
@@ -117,14 +121,15 @@ fn subscribe(options: &Options) -> Result<(), BusError> {
     println!("connected");
     let bytes_max = options.number("bytes-max", 1000);
     let say_every = options.number("say-every", 1000);
-    while options.number("hold", 0) == 1 {
+    while options.number("hold-messages", 0) == 1 && !stop.load(Ordering::Relaxed) {
         bus.wait(Duration::from_secs(1))?;
     }
     loop {
         match subscriber.receive()? {
             Received::Nothing => bus.wait(Duration::from_secs(1))?,
             Received::Message(got) => {
-                assert_eq!(got, message(got.sequence, bytes_max), "other bytes than were sent");
+                let sent = message(got.sequence, bytes_max);
+                assert!(got == sent, "message {}: other bytes than were sent", got.sequence);
                 std::thread::sleep(Duration::from_micros(options.number("each-us", 0)));
                 if (got.sequence + 1).is_multiple_of(say_every) {
                     println!("got {}", got.sequence + 1);

@@ -131,6 +131,8 @@ impl Bus {
                 let names: Vec<_> = missing.into_iter().map(Role::name).collect();
                 return Err(BusError::Stopped { waiting_for: format!("the {}", names.join(" and the ")) });
             }
+            // A killed process's ports count as there, and take the places of its successor's.
+            self.0.node.try_cleanup_dead_nodes();
             self.wait(WAIT_MAX)?;
         }
     }

@@ -84,6 +84,15 @@ pub enum BusError {
         /// Messages that were queued for it (seen by a publisher) or received from it (by a subscriber).
         messages: u64,
     },
+    /// The publisher had begun before this process was there.
+    #[error(
+        "topic {topic}: its publisher began without this process: start it before the publisher has all \
+         the peers that it counts on, or tell the publisher to count on it"
+    )]
+    TooLate {
+        /// The topic.
+        topic: &'static str,
+    },
     /// A message is missing. This must not happen: it is checked because a lossless bus has to prove it.
     #[error("topic {topic}: message {expected} was expected and {got} came: messages were lost on the bus")]
     Gap {

@@ -5,11 +5,12 @@ use crate::claim::Roster;
 use crate::header::*;
 use crate::{Bus, BusError};
 use iceoryx2::port::update_connections::UpdateConnections;
-use iceoryx2::port::{BackpressureAction, SendError};
+use iceoryx2::port::{BackpressureAction, BackpressureInfo, SendError};
 use iceoryx2::prelude::*;
 use schemas::topics::{Role, Topic};
 use std::rc::Rc;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 type Port = iceoryx2::port::publisher::Publisher<ipc::Service, [u8], MessageHeader>;
@@ -31,6 +32,7 @@ pub struct Publisher {
     stage: Stage,
     /// Number of the next message.
     sequence: u64,
+    pressure: Arc<Pressure>,
     shared: Rc<Shared>,
 }
 
@@ -88,7 +90,23 @@ impl Publisher {
         check_shared_memory(topic, message_bytes)?;
         let service = shared.topic_service(topic)?;
         let stage = Stage::Connecting { round: 0, greeted: Vec::new(), answered: Vec::new() };
-        Ok(Publisher { port: None, service, topic, subscribers, message_bytes, stage, sequence: 0, shared })
+        let pressure = Arc::new(Pressure {
+            roster: Arc::clone(&shared.roster),
+            stop: Arc::clone(&shared.stop),
+            subscribers: subscribers.clone(),
+            ports: Mutex::default(),
+        });
+        Ok(Publisher {
+            port: None,
+            service,
+            topic,
+            subscribers,
+            message_bytes,
+            stage,
+            sequence: 0,
+            pressure,
+            shared,
+        })
     }
 
     /// One round of the handshake; returns who is still missing.
@@ -106,9 +124,11 @@ impl Publisher {
             return Ok(Vec::new());
         }
         let roles: Vec<Role> = present.iter().map(|(role, _)| *role).collect();
-        if *greeted != present && roles == self.subscribers {
+        let all_there = roles == self.subscribers && roles.iter().all(|role| self.shared.roster.alive(*role));
+        if *greeted != present && all_there {
             // Subscribers came or went: all answers so far are void, and everyone is asked again.
             *round += 1;
+            self.pressure.await_only(present.iter().map(|(_, port)| *port).collect());
             *greeted = present;
             answered.clear();
             let round = *round;
@@ -116,8 +136,6 @@ impl Publisher {
                 self.shared.take_answer(answer_event(self.topic, *role, round));
             }
             self.greet(round)?;
-        } else if self.port.is_none() {
-            self.port = Some(self.make_port()?);
         }
         let Stage::Connecting { answered, .. } = &self.stage else { return Ok(Vec::new()) };
         Ok(self.subscribers.iter().copied().filter(|role| !answered.contains(role)).collect())
@@ -134,7 +152,7 @@ impl Publisher {
             send_piece(&port, header, &[])
         });
         match reached {
-            Some(Ok(count)) if count == self.subscribers.len() => self.port = Some(port),
+            Some(Ok(count)) if count >= self.subscribers.len() => self.port = Some(port),
             // A connection could not be made. iceoryx2 does not try again, so the port is made anew.
             _ => {
                 drop(port);
@@ -147,26 +165,21 @@ impl Publisher {
     }
 
     fn make_port(&self) -> Result<Port, BusError> {
-        let pressure = Pressure {
-            roster: self.shared.roster.clone(),
-            stop: self.shared.stop.clone(),
-            subscribers: self.subscribers.clone(),
-        };
         attempt(|| {
-            let pressure = pressure.clone();
+            let pressure = Arc::clone(&self.pressure);
             self.service
                 .publisher_builder()
                 .initial_max_slice_len(self.message_bytes)
                 .max_loaned_samples(1)
                 .allocation_strategy(AllocationStrategy::Static)
                 .backpressure_strategy(BackpressureStrategy::RetryUntilDelivered)
-                .set_backpressure_handler(move |info| pressure.action(info.elapsed_time))
+                .set_backpressure_handler(move |info| pressure.action(info))
                 .create()
         })
         .map_err(|reason| BusError::transport(format!("publishing topic {}", self.topic.name), reason))
     }
 
-    /// The ports that receive this topic, ordered by role.
+    /// The ports of the expected subscribers, ordered by role.
     fn subscriber_ports(&self) -> Vec<(Role, u128)> {
         let mut ports = Vec::new();
         self.service.dynamic_config().list_subscribers(|details| {
@@ -205,7 +218,8 @@ impl Publisher {
     /// their queues, not until they have read: they keep what is queued when this process ends.
     ///
     /// # Errors
-    /// As [`send`](Publisher::send); a publisher that has failed before only says so to the subscribers.
+    /// As [`send`](Publisher::send). After a failed message there is no proper end: the subscribers find
+    /// the topic broken off.
     ///
     /// # Panics
     /// If the handshake was not done.
@@ -243,9 +257,10 @@ impl Publisher {
                 reserved: 0,
             };
             self.deliver_piece(header, &message[offset..offset + piece_bytes])?;
+            self.wake_all()?;
             offset += piece_bytes;
             if offset == message.len() {
-                return self.wake_all();
+                return Ok(());
             }
         }
     }
@@ -263,6 +278,10 @@ impl Publisher {
             let Some(port) = &self.port else { break };
             match send_piece(port, header, piece) {
                 Ok(count) if count == self.subscribers.len() => return Ok(()),
+                // Somebody receives the topic on whom this run does not count.
+                Ok(count) if count > self.subscribers.len() && self.missing_role().is_none() => {
+                    return Ok(());
+                }
                 Ok(_) | Err(SendError::UnableToDeliver) => break,
                 Err(reason) => last_error = Some(reason),
             }
@@ -299,17 +318,28 @@ impl Publisher {
 }
 
 /// What decides, again and again while a queue is full, whether to go on waiting.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 struct Pressure {
-    roster: std::sync::Arc<Roster>,
-    stop: std::sync::Arc<std::sync::atomic::AtomicBool>,
+    roster: Arc<Roster>,
+    stop: Arc<AtomicBool>,
     subscribers: Vec<Role>,
+    /// The ports worth waiting for.
+    ports: Mutex<Vec<u128>>,
 }
 
 impl Pressure {
-    fn action(&self, waited: Duration) -> BackpressureAction {
+    fn await_only(&self, ports: Vec<u128>) {
+        *self.ports.lock().unwrap_or_else(PoisonError::into_inner) = ports;
+    }
+
+    fn action(&self, info: &BackpressureInfo) -> BackpressureAction {
+        let ports = self.ports.lock().unwrap_or_else(PoisonError::into_inner);
+        if !ports.contains(&info.receiver_port_id) {
+            // Somebody who came too late, or on whom this run does not count: nobody waits for it.
+            return BackpressureAction::DiscardData;
+        }
         let lost = self.subscribers.iter().any(|role| !self.roster.alive(*role));
-        if lost || (self.stop.load(Ordering::Relaxed) && waited >= STOP_PATIENCE) {
+        if lost || (self.stop.load(Ordering::Relaxed) && info.elapsed_time >= STOP_PATIENCE) {
             BackpressureAction::DiscardDataAndFail
         } else {
             BackpressureAction::Retry

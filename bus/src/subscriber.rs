@@ -111,7 +111,8 @@ impl Subscriber {
     ///
     /// # Errors
     /// [`BusError::PeerLost`] when the publisher has died or has broken off the topic, after everything that
-    /// it had sent was received; [`BusError::Gap`] when a message is missing; [`BusError::Transport`].
+    /// it had sent was received; [`BusError::TooLate`] when the publisher had begun without this process;
+    /// [`BusError::Gap`] when a message is missing; [`BusError::Transport`].
     pub fn receive(&mut self) -> Result<Received, BusError> {
         if self.stage == Stage::Ended {
             return Ok(Received::End { count: self.sequence });
@@ -167,6 +168,9 @@ impl Subscriber {
         let origin = sample.origin();
         if self.stage == Stage::Open && self.origin != Some(origin) {
             return Err(self.publisher_lost());
+        }
+        if header.kind != KIND_HELLO && self.origin != Some(origin) {
+            return Err(BusError::TooLate { topic: self.topic.name });
         }
         match header.kind {
             KIND_HELLO => {

@@ -113,7 +113,7 @@ fn a_stopped_subscriber_is_slow_and_not_dead() {
 #[test]
 fn a_publisher_finds_a_killed_subscriber_with_a_full_queue() {
     let name = BusName::unique();
-    let mut subscriber = Peer::start("subscribe", &name, "--hold 1");
+    let mut subscriber = Peer::start("subscribe", &name, "--hold-messages 1");
     let mut publisher = Peer::start("publish", &name, "--say-every 16");
     subscriber.expect("connected");
     publisher.expect("sent 16");
@@ -131,7 +131,7 @@ fn a_publisher_finds_a_killed_subscriber_with_a_full_queue() {
 fn a_publisher_finds_a_killed_subscriber_that_kept_up() {
     let name = BusName::unique();
     let mut subscriber = Peer::start("subscribe", &name, "--say-every 100");
-    let publisher = Peer::start("publish", &name, "--bytes-max 10");
+    let publisher = Peer::start("publish", &name, "");
     subscriber.expect("got 500");
     subscriber.signal("KILL");
     let (lines, code, time) = publisher.finish();
@@ -169,7 +169,7 @@ fn a_stop_ends_waiting_for_a_peer_and_for_a_place() {
     assert_eq!(lines, ["error stopped while waiting for the recorder"]);
     assert!(code == Some(4) && time < LOSS_SEEN);
 
-    let _subscriber = Peer::start("subscribe", &name, "--hold 1");
+    let _subscriber = Peer::start("subscribe", &name, "--hold-messages 1");
     let mut publisher = Peer::start("publish", &name, "--say-every 16");
     publisher.expect("sent 16");
     publisher.signal("TERM");
@@ -191,14 +191,17 @@ fn a_stopped_publisher_that_breaks_off_is_lost_and_one_that_finishes_is_not() {
     let (lines, code, _) = subscriber.finish();
     assert_eq!((lines.last().unwrap(), code), (&format!("end {count}"), Some(0)));
 
-    let mut subscriber = Peer::start("subscribe", &name, "--each-us 300000 --say-every 1");
-    let mut publisher =
-        Peer::start("publish", &name, "--topic state --slot-bytes 1 --bytes-max 0 --say-every 16");
-    publisher.expect("sent 16");
+    let mut subscriber = Peer::start("subscribe", &name, "--hold-messages 1");
+    let mut publisher = Peer::start("publish", &name, "--messages 1000000 --say-every 16");
     subscriber.expect("connected");
-    publisher.signal("KILL");
+    publisher.expect("sent 16");
+    publisher.signal("TERM");
+    let (lines, code, _) = publisher.finish();
+    assert!(lines[0].contains("waiting for a place") && code == Some(4), "{lines:?}");
+    subscriber.signal("TERM");
     let (lines, code, _) = subscriber.finish();
-    assert!(lines.last().unwrap().contains("the simulator was lost") && code == Some(3), "{lines:?}");
+    let lost = "error topic state: the simulator was lost after 16 messages";
+    assert!(lines[0].starts_with(lost) && code == Some(3), "{lines:?}");
 }
 
 /// A signal handler interrupts a blocked delivery after some of the subscribers have the message.
@@ -238,7 +241,7 @@ fn a_role_in_use_is_refused_and_a_killed_ones_name_is_not() {
     assert!(lines[0].contains("is in use") && lines[0].contains("simulator"), "{lines:?}");
     assert_eq!(code, Some(1));
 
-    let mut subscriber = Peer::start("subscribe", &name, "--hold 1");
+    let mut subscriber = Peer::start("subscribe", &name, "--hold-messages 1");
     subscriber.expect("connected");
     for peer in [first, subscriber] {
         peer.signal("KILL");
@@ -253,7 +256,7 @@ fn a_role_in_use_is_refused_and_a_killed_ones_name_is_not() {
 #[test]
 fn the_starter_of_killed_processes_can_clean_up_after_them() {
     let name = BusName::unique();
-    let mut peers = [Peer::start("subscribe", &name, "--hold 1"), Peer::start("publish", &name, "")];
+    let mut peers = [Peer::start("subscribe", &name, "--hold-messages 1"), Peer::start("publish", &name, "")];
     peers[0].expect("connected");
     assert!(!Bus::clean_up(&name).unwrap());
     for peer in peers {
@@ -262,4 +265,28 @@ fn the_starter_of_killed_processes_can_clean_up_after_them() {
     }
     assert!(Bus::clean_up(&name).unwrap());
     assert_eq!(leftovers(&name), Vec::<String>::new());
+}
+
+#[test]
+fn who_comes_after_the_start_is_told_and_holds_nobody_up() {
+    let name = BusName::unique();
+    let words = "--topic scene --role renderer";
+    let mut publisher = Peer::start("publish", &name, "--topic scene --count-on recorder --say-every 1000");
+    let mut recorder = Peer::start("subscribe", &name, "--topic scene --say-every 1000");
+    recorder.expect("got 1000");
+    let (lines, code, _) = Peer::start("subscribe", &name, words).finish();
+    assert!(lines.last().unwrap().contains("began without this process"), "{lines:?}");
+    assert_eq!(code, Some(1));
+    let mut idle = Peer::start("subscribe", &name, &format!("{words} --first-look-ms 60000"));
+    idle.expect("opened");
+    publisher.expect_fresh_line();
+    recorder.expect_fresh_line();
+    idle.signal("KILL");
+    idle.finish();
+    recorder.expect_fresh_line();
+    publisher.signal("TERM");
+    let (lines, code, _) = publisher.finish();
+    assert!(lines.last().unwrap().starts_with("finished") && code == Some(0), "{lines:?}");
+    let (lines, code, _) = recorder.finish();
+    assert!(lines.last().unwrap().starts_with("end") && code == Some(0), "{lines:?}");
 }

@@ -1,6 +1,6 @@
 //! Runs the example `peer` as processes of their own and reads what they say.
 
-use bus::BusName;
+use bus::{Bus, BusName};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -10,9 +10,11 @@ use std::time::{Duration, Instant};
 /// Longest wait for a line. Far above what any step takes, so that a slow machine fails no test; a hang does.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A running peer; killed when dropped.
+/// A running peer; killed when dropped, with what it leaves behind.
 pub struct Peer {
+    name: BusName,
     child: Child,
+    finished: bool,
     lines: Receiver<String>,
     what: String,
 }
@@ -36,7 +38,7 @@ impl Peer {
                 let _ = sender.send(line);
             }
         });
-        Peer { child, lines, what: format!("{verb} {name} {words}") }
+        Peer { name: name.clone(), child, finished: false, lines, what: format!("{verb} {name} {words}") }
     }
 
     /// Reads lines until this one.
@@ -50,6 +52,16 @@ impl Peer {
                     panic!("{}: {expected:?} did not come ({reason}), but {seen:?}", self.what)
                 }
             }
+        }
+    }
+
+    /// Waits for a line that is said after this call.
+    pub fn expect_fresh_line(&mut self) {
+        let old = self.lines.try_iter().count();
+        // One more may have been on its way.
+        for _ in 0..2 {
+            let line = self.lines.recv_timeout(PATIENCE);
+            assert!(line.is_ok(), "{}: no line after {old} others", self.what);
         }
     }
 
@@ -71,6 +83,7 @@ impl Peer {
             }
         }
         let time = begin.elapsed();
+        self.finished = true;
         (lines, self.child.wait().unwrap().code(), time)
     }
 
@@ -83,8 +96,11 @@ impl Peer {
 
 impl Drop for Peer {
     fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+        if !self.finished {
+            let _ = self.child.kill();
+            let _ = self.child.wait();
+            let _ = Bus::clean_up(&self.name);
+        }
     }
 }
 
