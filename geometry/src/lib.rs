@@ -42,6 +42,7 @@ pub mod sphere;
 pub mod torus;
 
 mod closest;
+mod ellipse;
 mod shift;
 
 pub use aabb::Aabb;

@@ -35,90 +35,119 @@ pub fn ray_torus(
 ) -> Option<f64> {
     let outer = (major_radius + minor_radius) * (1.0 + MARGIN);
     let (s, p) = closest_approach(origin, direction, outer);
-    // Zero but for rounding; kept, so that a direction that is unit only to rounding costs no accuracy.
-    let b = p.dot(direction);
-    let squared = p.norm_squared();
-    let discriminant = outer * outer - squared;
-    if !(discriminant > 0.0) {
-        return None;
-    }
-    let half_chord = discriminant.sqrt();
-    let (mut start, mut end) = (-half_chord, half_chord);
-    if start < t_min - s {
-        start = t_min - s;
-    }
-    // The slab.
-    let height = minor_radius * (1.0 + MARGIN);
-    let (mut z_start, mut z_end) = (p.z + direction.z * start, p.z + direction.z * end);
-    if (z_start > height && z_end > height) || (z_start < -height && z_end < -height) || !(start < end) {
-        return None;
-    }
-    if z_start > height || z_start < -height {
-        z_start = if z_start > height { height } else { -height };
-        start = (z_start - p.z) / direction.z;
-    }
-    if z_end > height || z_end < -height {
-        z_end = if z_end > height { height } else { -height };
-        end = (z_end - p.z) / direction.z;
-    }
-    let x_start = squared + start * (2.0 * b + start);
-    let x_end = squared + end * (2.0 * b + end);
-    // Both ends within the hole: so is all between.
-    let hole = (major_radius - minor_radius) * (1.0 - MARGIN);
-    let hole_squared = hole * hole;
-    if x_start - z_start * z_start < hole_squared && x_end - z_end * z_end < hole_squared && hole > 0.0 {
-        return None;
-    }
-    let radii = major_radius * major_radius + minor_radius * minor_radius;
-    let scale = 0.5 / major_radius;
-    let y = [
-        (x_start - radii) * scale,
-        (squared + b * (start + end) + start * end - radii) * scale,
-        (x_end - radii) * scale,
-    ];
-    let r_squared = minor_radius * minor_radius;
-    let q = [z_start * z_start - r_squared, z_start * z_end - r_squared, z_end * z_end - r_squared];
-    let quartic = quartic_from(&y, &q);
-
-    let ray = RayTorus { p, direction, major_radius, r_squared, start, end };
+    let clip = Clip::new(&p, direction, major_radius, minor_radius, t_min - s)?;
+    let ray = Ray { p, direction, major_radius, r_squared: minor_radius * minor_radius, clip };
     let mut hit = f64::NAN;
-    bernstein::find_root(&quartic, |x| {
-        hit = s + ray.polish(start + x * (end - start));
+    bernstein::find_root(&ray.quartic(), |x| {
+        hit = s + ray.polish(clip.start + x * (clip.end - clip.start));
         hit > t_min
     })
     .map(|_| hit)
 }
 
-/// Bernstein coefficients of `y^2 + q`, both given by coefficients of degree 2.
-#[inline]
-fn quartic_from(y: &[f64; 3], q: &[f64; 3]) -> [f64; 5] {
-    const THIRD: f64 = 1.0 / 3.0;
-    const SIXTH: f64 = 1.0 / 6.0;
-    [
-        y[0] * y[0] + q[0],
-        y[0] * y[1] + 0.5 * (q[0] + q[1]),
-        (y[0] * y[2] + 2.0 * y[1] * y[1]) * THIRD + (q[0] + 4.0 * q[1] + q[2]) * SIXTH,
-        y[1] * y[2] + 0.5 * (q[1] + q[2]),
-        y[2] * y[2] + q[2],
-    ]
+/// The part of a ray that may meet the torus; `u = t - s` counts from the point `p` of closest approach.
+#[derive(Clone, Copy)]
+struct Clip {
+    start: f64,
+    end: f64,
+    /// Height over the torus' plane at both ends.
+    z_start: f64,
+    z_end: f64,
+    /// Squared distance from the centre at `p`, and the coefficient of `2 u` in that at `u`: zero but for
+    /// rounding, and kept, so that a direction that is unit only to rounding costs no accuracy.
+    squared: f64,
+    linear: f64,
 }
 
-struct RayTorus<'a> {
+impl Clip {
+    /// Cuts the ray to the enclosing sphere, the slab and `u >= u_min`; `None` if nothing is left or all of
+    /// it is inside the hole.
+    #[inline]
+    fn new(p: &Vec3, direction: &Vec3, major_radius: f64, minor_radius: f64, u_min: f64) -> Option<Clip> {
+        let outer = (major_radius + minor_radius) * (1.0 + MARGIN);
+        let squared = p.norm_squared();
+        let discriminant = outer * outer - squared;
+        if !(discriminant > 0.0) {
+            return None;
+        }
+        let half_chord = discriminant.sqrt();
+        let (mut start, mut end) = (-half_chord, half_chord);
+        if start < u_min {
+            start = u_min;
+        }
+        let height = minor_radius * (1.0 + MARGIN);
+        let (mut z_start, mut z_end) = (p.z + direction.z * start, p.z + direction.z * end);
+        if (z_start > height && z_end > height) || (z_start < -height && z_end < -height) || !(start < end) {
+            return None;
+        }
+        if z_start > height || z_start < -height {
+            z_start = if z_start > height { height } else { -height };
+            start = (z_start - p.z) / direction.z;
+        }
+        if z_end > height || z_end < -height {
+            z_end = if z_end > height { height } else { -height };
+            end = (z_end - p.z) / direction.z;
+        }
+        let clip = Clip { start, end, z_start, z_end, squared, linear: p.dot(direction) };
+        // Both ends within the hole, a convex cylinder: so is all between.
+        let hole = (major_radius - minor_radius) * (1.0 - MARGIN);
+        let hole_squared = if hole > 0.0 { hole * hole } else { 0.0 };
+        let in_hole = clip.distance_squared(start) - z_start * z_start < hole_squared
+            && clip.distance_squared(end) - z_end * z_end < hole_squared;
+        (!in_hole).then_some(clip)
+    }
+
+    /// Squared distance from the centre at `u`.
+    #[inline]
+    fn distance_squared(&self, u: f64) -> f64 {
+        self.squared + u * (2.0 * self.linear + u)
+    }
+}
+
+/// A clipped ray and a torus.
+struct Ray<'a> {
     p: Vec3,
     direction: &'a Vec3,
     major_radius: f64,
     r_squared: f64,
-    start: f64,
-    end: f64,
+    clip: Clip,
 }
 
-impl RayTorus<'_> {
+impl Ray<'_> {
+    /// Bernstein coefficients of `y^2 + z^2 - r^2` on the clipped ray.
+    #[inline]
+    fn quartic(&self) -> [f64; 5] {
+        const THIRD: f64 = 1.0 / 3.0;
+        const SIXTH: f64 = 1.0 / 6.0;
+        let Clip { start, end, z_start, z_end, squared, linear } = self.clip;
+        let radii = self.major_radius * self.major_radius + self.r_squared;
+        let scale = 0.5 / self.major_radius;
+        let y = [
+            (self.clip.distance_squared(start) - radii) * scale,
+            (squared + linear * (start + end) + start * end - radii) * scale,
+            (self.clip.distance_squared(end) - radii) * scale,
+        ];
+        let q = [
+            z_start * z_start - self.r_squared,
+            z_start * z_end - self.r_squared,
+            z_end * z_end - self.r_squared,
+        ];
+        [
+            y[0] * y[0] + q[0],
+            y[0] * y[1] + 0.5 * (q[0] + q[1]),
+            (y[0] * y[2] + 2.0 * y[1] * y[1]) * THIRD + (q[0] + 4.0 * q[1] + q[2]) * SIXTH,
+            y[1] * y[2] + 0.5 * (q[1] + q[2]),
+            y[2] * y[2] + q[2],
+        ]
+    }
+
     /// Two Newton steps on `(rho - R)^2 + z^2 - r^2` from a root of the quartic. A step that would leave
     /// the clipped ray, or is too large to be a correction (at a grazing hit the slope is nearly zero),
     /// is not taken.
     #[inline]
     fn polish(&self, mut u: f64) -> f64 {
-        let step_max = (self.end - self.start) * 1e-3;
+        let Clip { start, end, .. } = self.clip;
+        let step_max = (end - start) * 1e-3;
         for _ in 0..2 {
             let x = self.p.x + u * self.direction.x;
             let y = self.p.y + u * self.direction.y;
@@ -126,11 +155,12 @@ impl RayTorus<'_> {
             let rho = (x * x + y * y).sqrt();
             let across = rho - self.major_radius;
             let value = across * across + z * z - self.r_squared;
-            let slope =
-                2.0 * (across * (x * self.direction.x + y * self.direction.y) / rho + z * self.direction.z);
-            let step = value / slope;
+            // Both multiplied by rho, which saves a division.
+            let half_slope =
+                across * (x * self.direction.x + y * self.direction.y) + z * self.direction.z * rho;
+            let step = 0.5 * value * rho / half_slope;
             let next = u - step;
-            if step < step_max && step > -step_max && next >= self.start && next <= self.end {
+            if step < step_max && step > -step_max && next >= start && next <= end {
                 u = next;
             }
         }

@@ -4,9 +4,11 @@
 
 mod arcs;
 mod bernstein;
+mod bits;
 mod closest;
 mod double_double;
 mod link;
+mod properties;
 mod quadrature;
 mod random;
 mod shapes;
