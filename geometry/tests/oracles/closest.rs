@@ -140,3 +140,36 @@ fn scaling_by_a_power_of_two_is_exact_and_rotation_changes_nothing() {
     println!("rotated and shifted: distance changes by {worst:.1e} (tolerance 1e-13)");
     assert!(worst < 1e-13);
 }
+
+#[test]
+fn closest_points_at_extreme_sizes_and_distances() {
+    let mut random = Random(15);
+    let table = angles(4000, 0.0);
+    let mut worst = 0.0;
+    for (radius, distance) in
+        [(1e-3, 1.1), (1e3, 1e3), (1.0, 1e6), (1e3, 1e6), (1.0, 1e-9), (1.0 + 1e-9, 1e-9), (1e-3, 1e-3)]
+    {
+        for _ in 0..100 {
+            let a = random.circle(distance, radius);
+            let b = random.circle(distance * 1e-3, 1.0);
+            for (first, second) in [(a, b), (b, a)] {
+                let (error, _) = check(&first, &second, &table);
+                let error = error / (1.0 + radius + distance);
+                worst = if error > worst { error } else { worst };
+                assert!(error < 1e-12, "radius {radius}, distance {distance}: {error:.1e}\n{a:?}\n{b:?}");
+            }
+        }
+    }
+    println!("over the brute-force minimum by {worst:.1e} of sizes and distance (tolerance 1e-12)");
+}
+
+#[test]
+fn not_a_number_ends_without_a_contact() {
+    let nan = Circle::from_pose(Vec3::new(f64::NAN, 0.0, 0.0), &nalgebra::UnitQuaternion::identity(), 1.0);
+    let good = Circle::from_pose(Vec3::zeros(), &nalgebra::UnitQuaternion::identity(), 1.0);
+    for (a, b) in [(&nan, &good), (&good, &nan)] {
+        assert!(closest_points(a, b).distance.is_nan());
+        assert!(geometry::arc::circle_circle_arcs(a, b, 0.36).is_empty());
+        assert!(!geometry::linked(a, b));
+    }
+}

@@ -1,4 +1,4 @@
-//! Rays against a torus: eleven classes of rays, a reference in twice the precision.
+//! Rays against a torus: sixteen classes of rays, a reference in twice the precision.
 
 use crate::{
     double_double::{Double, roots},
@@ -9,6 +9,7 @@ use geometry::{
     torus::{normal, ray_torus},
 };
 
+/// A ray and its torus of major radius 1.
 struct Ray {
     origin: Vec3,
     direction: Vec3,
@@ -105,24 +106,47 @@ fn make(class: &str, random: &mut Random) -> Ray {
             let t_min = if class == "shadow" { 1e-6 } else { 1e-9 };
             Ray { origin, direction, minor_radius: 0.18, t_min }
         }
+        "thin1e-6" | "fat" | "horn" => {
+            let minor = [("thin1e-6", 1e-6), ("fat", 0.49), ("horn", 1.0)]
+                .into_iter()
+                .find(|(name, _)| *name == class)
+                .map_or(f64::NAN, |(_, minor)| minor);
+            let point = surface_point(random, minor);
+            let distance = random.uniform(3.0, 20.0);
+            towards(random, point, distance, minor)
+        }
+        "inside" => {
+            let depth = random.uniform(0.0, 0.99);
+            let point = surface_point(random, 0.18 * depth);
+            Ray { origin: point, direction: random.direction(), minor_radius: 0.18, t_min: 0.0 }
+        }
+        "hole" => {
+            let origin = random.direction() * random.uniform(0.0, 0.8);
+            Ray { origin, direction: random.direction(), minor_radius: 0.18, t_min: 0.0 }
+        }
         _ => panic!("no ray class {class}"),
     }
 }
 
 /// Tolerances of the parameter t in units of the major radius: 99.9 % of the rays, and the worst. Those of
 /// grazing and thin classes are large because the root itself is ill-conditioned there.
-const CLASSES: [(&str, f64, f64); 11] = [
+const CLASSES: [(&str, f64, f64); 16] = [
     ("hits", 1e-12, 1e-11),
     ("mixed", 1e-13, 1e-11),
-    ("grazing", 1e-9, 1e-6),
+    ("grazing", 1e-9, 1e-8),
     ("plane", 1e-13, 1e-12),
     ("axis", 1e-13, 1e-12),
-    ("thin1e-3", 1e-11, 1e-9),
-    ("thin1e-4", 1e-11, 1e-8),
+    ("thin1e-3", 1e-11, 1e-10),
+    ("thin1e-4", 1e-11, 1e-10),
     ("far1e3", 2e-13, 2e-12),
     ("far1e6", 2e-10, 2e-9),
     ("shadow", 1e-13, 1e-12),
     ("shadow0", 1e-13, 1e-12),
+    ("thin1e-6", 1e-11, 1e-10),
+    ("fat", 1e-12, 1e-11),
+    ("horn", 1e-12, 1e-11),
+    ("inside", 1e-13, 1e-12),
+    ("hole", 1e-13, 1e-12),
 ];
 
 #[test]
