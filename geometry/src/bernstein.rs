@@ -3,7 +3,7 @@
 //! A polynomial of degree `n` is held by its `n + 1` Bernstein coefficients on the interval, mapped to
 //! `[0, 1]`. The number of sign changes in that list is at least the number of roots inside and equal
 //! to it modulo two (Descartes). So no sign change proves that there is no root, one proves that there
-//! is exactly one, and more means: halve the interval (de Casteljau) and ask again. An isolated root is
+//! is exactly one, and more means: cut the interval in two (de Casteljau) and ask again. An isolated root is
 //! then found by Halley's method, which is never allowed to leave its bracket.
 //!
 //! # What counts as a root
@@ -35,7 +35,7 @@ const ERROR_MAX: f64 = 1.0 / (1u64 << 46) as f64;
 /// The iteration starts at least this far from the ends; see [`isolated_root`].
 const START_MIN: f64 = 1.0 / 16.0;
 
-/// Enough for bisection alone to reach the last bit, so the limit never decides a result.
+/// Enough for bisection alone to reach the last bit.
 const STEPS_MAX: u32 = 64;
 
 /// Number of sign changes in the list of coefficients; zeros (and NaN) are passed over.

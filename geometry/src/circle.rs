@@ -45,11 +45,6 @@ impl Circle {
         let rho = (x * x + y * y).sqrt();
         if rho > 0.0 { self.point(x / rho, y / rho) } else { self.point(1.0, 0.0) }
     }
-
-    /// The same circle run through backwards about the same axis line: `t -> -t`, normal reversed.
-    pub fn reversed(&self) -> Circle {
-        Circle { w: -self.w, normal: -self.normal, ..*self }
-    }
 }
 
 /// Distance from a point to the nearest point of a circle (m); minus the minor radius it is the signed
