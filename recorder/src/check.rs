@@ -253,8 +253,8 @@ impl Checker {
         if self.frame.is_some() {
             return Err(self.misplaced(Kind::Frame, "a frame lies before it", "/frame_info"));
         }
-        let image = CompressedImage::decode(&message.bytes[..])
-            .map_err(|error| self.malformed(message, error))?;
+        let image =
+            CompressedImage::decode(&message.bytes[..]).map_err(|error| self.malformed(message, error))?;
         if image.format != "png" {
             let reason = format!("format \"{}\", where \"png\" was expected", image.format);
             return Err(self.malformed(message, reason));
@@ -353,7 +353,8 @@ fn check_lengths(bytes: &[u8], body_count: usize) -> Result<(), String> {
     }
     let contacts_at = size_of::<StateHeader>() + 8 + body_count * size_of::<BodyState>();
     let contacts = count_at(contacts_at)?;
-    let expected = (contacts_at as u64 + 8).saturating_add(contacts.saturating_mul(size_of::<ContactState>() as u64));
+    let expected =
+        (contacts_at as u64 + 8).saturating_add(contacts.saturating_mul(size_of::<ContactState>() as u64));
     if bytes.len() as u64 != expected {
         let length = bytes.len();
         return Err(format!("{bodies} bodies and {contacts} contacts take {expected} bytes, not {length}"));

@@ -59,7 +59,8 @@ pub(crate) fn record_at(file: &[u8], offset: usize, limit: usize) -> Result<Reco
     let (opcode, length) = (head.u8()?, head.u64()?);
     let body_room = room - RECORD_HEAD_BYTES;
     if length > body_room as u64 {
-        let what = format!("a record (opcode {opcode:#04x}) of {length} bytes, but only {body_room} are left");
+        let what =
+            format!("a record (opcode {opcode:#04x}) of {length} bytes, but only {body_room} are left");
         return Err(cut(what));
     }
     let start = offset + RECORD_HEAD_BYTES;

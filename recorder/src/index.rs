@@ -1,8 +1,8 @@
 //! Where the messages of a log lie: from its own index, or by walking through it.
 
 use crate::container::{
-    ChannelRecord, Chunk, Damage, FOOTER_BYTES, Fields, MAGIC, MessageRecord, RECORD_HEAD_BYTES, message_counts, op,
-    record_at,
+    ChannelRecord, Chunk, Damage, FOOTER_BYTES, Fields, MAGIC, MessageRecord, RECORD_HEAD_BYTES,
+    message_counts, op, record_at,
 };
 use crate::message::{Kind, Message};
 use crate::reader::LogProblem;
@@ -97,7 +97,8 @@ impl Index {
             let expected: u64 = counts.iter().filter(of_kind).map(|&(_, count)| count).sum();
             let got = index.by_kind[kind.index()].len();
             if got as u64 != expected {
-                let what = format!("the message indexes name {got} {kind} messages, the statistics {expected}");
+                let what =
+                    format!("the message indexes name {got} {kind} messages, the statistics {expected}");
                 return Err(Damage::at(summary, what).into());
             }
         }
@@ -285,7 +286,10 @@ impl Index {
         let record = record_at(file, offset, self.chunks[chunk as usize].end)?;
         if record.opcode != op::MESSAGE {
             let opcode = record.opcode;
-            return Err(Damage::at(offset, format!("a record with opcode {opcode:#04x} where a message was expected")));
+            return Err(Damage::at(
+                offset,
+                format!("a record with opcode {opcode:#04x} where a message was expected"),
+            ));
         }
         let message = MessageRecord::parse(record)?;
         if self.kind_of(message.channel_id) != Some(kind) || message.sequence != sequence {

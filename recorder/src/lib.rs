@@ -3,21 +3,26 @@
 //! - [`Sequencer`] brings the messages of three processes into that order;
 //! - [`LogWriter`] writes them, and checks what it writes;
 //! - [`Log`] reads them back, finished or not;
-//!
-//! The core knows no bus and no clock.
+//! - [`Summary`] says what is in a log, [`diff()`] where two logs part;
+//! - [`node::record`] is the process: it alone knows the bus, the clock and the file that is written.
 //!
 //! A log is an MCAP file: any MCAP tool opens it. Its chunks are not compressed, its `library` field is
 //! fixed, and `log_time` is simulated time, so that two runs of one scene write the same bytes.
 
 pub mod check;
 mod container;
+pub mod diff;
 mod index;
 pub mod message;
+pub mod node;
 pub mod order;
 pub mod reader;
+pub mod summary;
 pub mod writer;
 
+pub use diff::{Diff, diff};
 pub use message::{Kind, Message};
 pub use order::Sequencer;
 pub use reader::{Health, Log, LogError, LogProblem};
+pub use summary::Summary;
 pub use writer::{LogWriter, WriteError, Written};

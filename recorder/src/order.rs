@@ -117,7 +117,9 @@ impl<'a> Sequencer<'a> {
     /// publisher waits when that is full.
     pub fn wants(&self, kind: Kind) -> bool {
         match kind {
-            Kind::State | Kind::Step => self.pending[kind.index()].len() < PENDING_MAX,
+            Kind::State | Kind::Step => {
+                self.place == Place::Done || self.pending[kind.index()].len() < PENDING_MAX
+            }
             _ => true,
         }
     }
@@ -139,7 +141,8 @@ impl<'a> Sequencer<'a> {
                 if self.scene.is_some() {
                     return Err(OrderError::Twice(kind));
                 }
-                let record: SceneRecord = serde_json::from_slice(&message.bytes).map_err(OrderError::Scene)?;
+                let record: SceneRecord =
+                    serde_json::from_slice(&message.bytes).map_err(OrderError::Scene)?;
                 self.scene = Some(record.scene);
             }
             Kind::End => {
@@ -202,7 +205,9 @@ impl<'a> Sequencer<'a> {
                     None if self.is_closed(Kind::Step) => (None, Place::Tail),
                     None => return Ok(None),
                 },
-                Place::Frame if self.both_at_hand(Kind::Frame, Kind::FrameInfo) => (self.pop(Kind::Frame), Place::FrameInfo),
+                Place::Frame if self.both_at_hand(Kind::Frame, Kind::FrameInfo) => {
+                    (self.pop(Kind::Frame), Place::FrameInfo)
+                }
                 Place::Frame if self.frames_are_over() => (None, Place::State),
                 Place::Frame => return Ok(None),
                 Place::FrameInfo => {
@@ -259,7 +264,8 @@ impl<'a> Sequencer<'a> {
 
     /// Counts a step record that is given out, and says what comes after it.
     fn after_step(&mut self) -> Place {
-        let is_keyframe = self.scene.as_ref().is_some_and(|scene| scene.time.frame_at(self.next_step).is_some());
+        let is_keyframe =
+            self.scene.as_ref().is_some_and(|scene| scene.time.frame_at(self.next_step).is_some());
         self.next_step += 1;
         self.keyframes_done += u64::from(is_keyframe);
         let frame_is_due = is_keyframe && self.keyframes_done > self.frames_done + FRAME_LAG;
@@ -283,9 +289,10 @@ impl<'a> Sequencer<'a> {
         [Kind::Frame, Kind::FrameInfo].into_iter().any(|kind| self.is_closed(kind))
     }
 
-    /// Whether the run has frames that are not in the log yet; without an end record, those at hand.
+    /// Whether the run has frames that are not in the log yet. Without an end record these are the frames
+    /// of the keyframes in the log: a frame of a step that was lost has no place.
     fn frames_remain(&self) -> bool {
-        let count = self.end.as_ref().map_or(u64::MAX, |end| end.keyframe_count);
+        let count = self.end.as_ref().map_or(self.keyframes_done, |end| end.keyframe_count);
         self.renderer && self.frames_done < count
     }
 

@@ -51,9 +51,7 @@ pub enum LogProblem {
         what: String,
     },
     /// States that this program would misread.
-    #[error(
-        "its state layout is {found}, this program's is {expected}: use the version that wrote the log"
-    )]
+    #[error("its state layout is {found}, this program's is {expected}: use the version that wrote the log")]
     Layout {
         /// The layout hash in the log.
         found: String,
@@ -124,6 +122,11 @@ pub enum Health {
         /// What is there and what was expected.
         what: String,
     },
+    /// The bytes are whole, but a message breaks a promise of the log. Only [`Log::check`] finds this.
+    Inconsistent {
+        /// The promise.
+        what: String,
+    },
 }
 
 impl std::fmt::Display for Health {
@@ -133,6 +136,7 @@ impl std::fmt::Display for Health {
             Health::Unfinished => write!(f, "closed, but without an end record: the run did not end"),
             Health::Truncated { offset } => write!(f, "truncated: readable up to byte offset {offset}"),
             Health::Damaged { offset, what } => write!(f, "damaged at byte offset {offset}: {what}"),
+            Health::Inconsistent { what } => write!(f, "inconsistent: {what}"),
         }
     }
 }
@@ -296,6 +300,24 @@ impl Log {
         state.map(Some).map_err(|error| self.record_error(Kind::State, index, error))
     }
 
+    /// The message of the state after a step, as it was on the bus; `None` if the log keeps none of that step.
+    ///
+    /// # Errors
+    ///
+    /// [`LogError`] if states cannot be read.
+    pub fn state_message(&self, step: u64) -> Result<Option<Message<'_>>, LogError> {
+        self.state_index(step)?.map(|index| self.nth(Kind::State, index)).transpose()
+    }
+
+    /// The message of a step record, as it was on the bus.
+    ///
+    /// # Errors
+    ///
+    /// [`LogError`] if it is not there.
+    pub fn step_message(&self, step: u64) -> Result<Message<'_>, LogError> {
+        self.nth(Kind::Step, usize::try_from(step).unwrap_or(usize::MAX))
+    }
+
     /// Which of the state messages is that of a step, by bisection.
     pub(crate) fn state_index(&self, step: u64) -> Result<Option<usize>, LogError> {
         let (mut low, mut high) = (0, self.count(Kind::State));
@@ -424,7 +446,10 @@ impl Log {
 }
 
 /// Maps a file into memory.
-#[expect(unsafe_code, reason = "a mapping is only sound while nobody cuts the file short, which its doc says")]
+#[expect(
+    unsafe_code,
+    reason = "a mapping is only sound while nobody cuts the file short, which its doc says"
+)]
 fn map(path: &Path) -> std::io::Result<memmap2::Mmap> {
     let file = File::open(path)?;
     if file.metadata()?.is_dir() {

@@ -51,7 +51,10 @@ fn typed_reading() {
     assert_eq!(log.end().expect("whole").expect("an end").step_count, 30);
     log.require_same_version().expect("this version wrote it");
     let error = log.step(31).expect_err("there is none").to_string();
-    assert!(error.contains("sample") && error.contains("/step message 31") && error.contains("31"), "{error}");
+    assert!(
+        error.contains("sample") && error.contains("/step message 31") && error.contains("31"),
+        "{error}"
+    );
 }
 
 /// The last offset up to which a chunk is whole, for every length of the file.
@@ -140,7 +143,8 @@ fn files_that_are_no_logs() {
     assert!(open(b"some text").expect("an error").contains("not an MCAP file"));
     let error = Log::open(std::path::Path::new("no/such.mcap")).err().expect("an error").to_string();
     assert!(error.contains("no/such.mcap") && error.contains("No such file"), "{error}");
-    let mut other = mcap::WriteOptions::new().compression(None).create(io::Cursor::new(Vec::new())).expect("memory");
+    let mut other =
+        mcap::WriteOptions::new().compression(None).create(io::Cursor::new(Vec::new())).expect("memory");
     other.add_channel(0, "/camera", "json", &Default::default()).expect("memory");
     other.finish().expect("memory");
     let error = open(&other.into_inner().into_inner()).expect("an error");
@@ -149,7 +153,8 @@ fn files_that_are_no_logs() {
 
 #[test]
 fn another_state_layout_is_refused_with_both_hashes() {
-    let mut other = mcap::WriteOptions::new().compression(None).create(io::Cursor::new(Vec::new())).expect("memory");
+    let mut other =
+        mcap::WriteOptions::new().compression(None).create(io::Cursor::new(Vec::new())).expect("memory");
     let metadata = [("layout_hash".to_owned(), "00ff".to_owned())].into();
     other.add_channel(0, "/state", "bincode", &metadata).expect("memory");
     other.finish().expect("memory");
@@ -198,7 +203,10 @@ fn a_full_disk_is_an_error_and_leaves_a_readable_prefix() {
             writer.finish().map(drop)
         };
         let error = record().expect_err("the disk is too small");
-        assert!(matches!(&error, WriteError::Io(error) if error.kind() == io::ErrorKind::StorageFull), "{error}");
+        assert!(
+            matches!(&error, WriteError::Io(error) if error.kind() == io::ErrorKind::StorageFull),
+            "{error}"
+        );
         if room < 8 {
             continue;
         }
@@ -227,12 +235,27 @@ fn what_breaks_a_promise_is_not_written() {
         (alter(Kind::State, 3, &|bytes| bytes[100] ^= 1), ["step 3", "state hash"]),
         (alter(Kind::State, 3, &|bytes| bytes.truncate(80)), ["/state message 3", "80"]),
         (alter(Kind::State, 3, &|bytes| bytes[56] = 9), ["/state message 3", "9 bodies"]),
-        (alter(Kind::Step, 2, &replace("\"contacts\":1", "\"contacts\":NaN")), ["/step message 2", "expected"]),
-        (alter(Kind::Step, 2, &replace("\"kinetic_energy_j\":", "\"kinetic_energy_j\":1e999,\"x\":")), ["/step message 2", "range"]),
+        (
+            alter(Kind::Step, 2, &replace("\"contacts\":1", "\"contacts\":NaN")),
+            ["/step message 2", "expected"],
+        ),
+        (
+            alter(Kind::Step, 2, &replace("\"kinetic_energy_j\":", "\"kinetic_energy_j\":1e999,\"x\":")),
+            ["/step message 2", "range"],
+        ),
         (alter(Kind::Step, 2, &replace("\"step\":2", "\"step\":4")), ["step 4", "step 2"]),
-        (alter(Kind::Step, 2, &replace("\"sim_time_s\":0.02", "\"sim_time_s\":0.03")), ["/step message 2", "30000000"]),
-        (alter(Kind::Step, 2, &replace("\"state_hash\":\"", "\"state_hash\":\"z")), ["/step message 2", "hash"]),
-        (alter(Kind::FrameInfo, 1, &replace("\"step\":2", "\"step\":0")), ["/frame_info message 1", "step 2"]),
+        (
+            alter(Kind::Step, 2, &replace("\"sim_time_s\":0.02", "\"sim_time_s\":0.03")),
+            ["/step message 2", "30000000"],
+        ),
+        (
+            alter(Kind::Step, 2, &replace("\"state_hash\":\"", "\"state_hash\":\"z")),
+            ["/step message 2", "hash"],
+        ),
+        (
+            alter(Kind::FrameInfo, 1, &replace("\"step\":2", "\"step\":0")),
+            ["/frame_info message 1", "step 2"],
+        ),
         (alter(Kind::Frame, 1, &|bytes| bytes.truncate(9)), ["/frame message 1", "not a valid record"]),
         (alter(Kind::Scene, 0, &|bytes| bytes.truncate(9)), ["/scene message 0", "not a valid record"]),
         (alter(Kind::End, 0, &|bytes| bytes[4] += 1), ["8 step records", "has 7"]),
@@ -262,14 +285,19 @@ fn what_is_left_out_is_missed() {
         (Kind::Frame, 0, "no frame lies before it"),
         (Kind::FrameInfo, 0, "a frame lies before it"),
     ] {
-        let index = messages.iter().enumerate().filter(|(_, message)| message.kind == kind).nth(nth).expect("one").0;
+        let index =
+            messages.iter().enumerate().filter(|(_, message)| message.kind == kind).nth(nth).expect("one").0;
         let mut fewer = messages.clone();
         fewer.remove(index);
         let text = refusal(&fewer);
         assert!(text.contains(words), "without {kind} {nth}: {text}");
     }
     // The last frame that is missing is counted, not refused: an interrupted renderer ends a log like this.
-    let fewer: Vec<_> = messages.iter().filter(|message| !(message.kind.is_rendered() && message.log_time_ns > 0)).cloned().collect();
+    let fewer: Vec<_> = messages
+        .iter()
+        .filter(|message| !(message.kind.is_rendered() && message.log_time_ns > 0))
+        .cloned()
+        .collect();
     let mut writer = LogWriter::create(Vec::new(), true).expect("memory");
     for message in &fewer {
         writer.write(message).expect("a valid message");

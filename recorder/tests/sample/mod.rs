@@ -80,7 +80,8 @@ impl Run {
                 keyframe_count += 1;
             }
         }
-        let outcome = if self.steps == self.steps_planned { Outcome::Completed } else { Outcome::Interrupted };
+        let outcome =
+            if self.steps == self.steps_planned { Outcome::Completed } else { Outcome::Interrupted };
         let end = End { outcome, step_count: self.steps, state_count, keyframe_count, chained_hash };
         push(Kind::End, log_time_ns(self.steps as f64 * 0.01), wire::encode(&end));
         messages
@@ -121,9 +122,8 @@ pub fn write(messages: &[Message], renderer: bool) -> Vec<u8> {
 
 /// Bodies of a step: no two numbers alike.
 pub fn bodies(step: u64, rings: u32) -> Vec<BodyState> {
-    let value = |ring: u32, field: u32| {
-        f64::from(ring) + f64::from(field) / 16.0 + step as f64 * 1e-3 + 1.0 / 3.0
-    };
+    let value =
+        |ring: u32, field: u32| f64::from(ring) + f64::from(field) / 16.0 + step as f64 * 1e-3 + 1.0 / 3.0;
     let body = |ring: u32| BodyState {
         position_m: [0, 1, 2].map(|axis| value(ring, axis)),
         orientation: [3, 4, 5, 6].map(|axis| value(ring, axis)),
@@ -134,14 +134,16 @@ pub fn bodies(step: u64, rings: u32) -> Vec<BodyState> {
 }
 
 fn encode_state(step: u64, rings: u32, bytes: &mut Vec<u8>) -> Hash {
-    let contact = ContactState { body_b: 1, mid_cos: 1.0, spring_m: [1e-3 * step as f64; 3], ..Default::default() };
+    let contact =
+        ContactState { body_b: 1, mid_cos: 1.0, spring_m: [1e-3 * step as f64; 3], ..Default::default() };
     let contacts = if rings > 1 { &[contact][..] } else { &[] };
     let header = StateHeader { step, sim_time_s: step as f64 * 0.01, ..Default::default() };
     state::encode(&header, &bodies(step, rings), contacts, bytes)
 }
 
 fn step_record(scene: &Scene, step: u64, state_hash: Hash, chained_hash: Hash) -> StepRecord {
-    let audit = scene.time.is_audited(step).then_some(Audit { links: 1, links_intact: 1, gap_min_m: Some(0.01) });
+    let audit =
+        scene.time.is_audited(step).then_some(Audit { links: 1, links_intact: 1, gap_min_m: Some(0.01) });
     StepRecord {
         step,
         sim_time_s: step as f64 * 0.01,

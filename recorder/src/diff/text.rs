@@ -1,0 +1,138 @@
+//! The comparison in words.
+
+use super::{Diff, FieldDifference, FrameDifference, KeyDifference, StateDifference, Verdict};
+use crate::summary::outcome_text;
+use std::fmt;
+
+/// Keys that are listed of each half of the scene; the others are counted.
+const KEYS_LISTED_MAX: usize = 12;
+
+impl fmt::Display for Diff {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let verdict = match self.verdict {
+            Verdict::Same => "same",
+            Verdict::Differs => "they differ",
+            Verdict::Incomparable => "they cannot be compared",
+            Verdict::Damaged => "damaged",
+        };
+        writeln!(f, "A        {}", self.files[0])?;
+        writeln!(f, "B        {}", self.files[1])?;
+        write!(f, "verdict  {verdict}")?;
+        for note in &self.notes {
+            write!(f, "\nnote     {note}")?;
+        }
+        if let Some([a, b]) = &self.versions {
+            write!(f, "\nversion  {a} and {b}: only the same version promises the same bits")?;
+        }
+        for (label, keys) in [("scene", &self.scene), ("render", &self.render), ("plan", &self.plan)] {
+            write_keys(f, label, keys)?;
+        }
+        let [a, b] = self.step_records;
+        if a != b {
+            write!(f, "\nsteps    {} and {}", a.saturating_sub(1), b.saturating_sub(1))?;
+        }
+        if let Some([a, b]) = &self.ends {
+            let text = |end: &Option<schemas::end::End>| outcome_text(end.as_ref().map(|end| &end.outcome));
+            write!(f, "\nend      {}; {}", text(a), text(b))?;
+        }
+        self.write_first(f)?;
+        self.frames.as_ref().map_or(Ok(()), |frames| write_frames(f, frames))
+    }
+}
+
+impl Diff {
+    fn write_first(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some(first) = &self.first else {
+            let [a, b] = self.step_records;
+            let common = if a < b { a } else { b };
+            if common > 0 && self.verdict != Verdict::Incomparable {
+                write!(f, "\nstates   the same in all {common} step records that both have")?;
+            }
+            return Ok(());
+        };
+        write!(f, "\nfirst    step {}", first.step)?;
+        match first.stage {
+            Some(stage) => write!(f, ", stage {stage}")?,
+            None => write!(f, ", all stage hashes agree")?,
+        }
+        // The hashes differ whenever anything does; what they were made of says more.
+        let told: Vec<_> =
+            first.record.iter().filter(|difference| !difference.key.contains("hash")).cloned().collect();
+        write_keys(f, "record", &told)?;
+        if let Some(state) = &first.state {
+            write_state(f, state, first.step)?;
+        }
+        for growth in &self.growth {
+            let Some(later) = growth.step.checked_sub(first.step) else { continue };
+            write!(
+                f,
+                "\ngrowth   step {}, {later} later: positions {:.3e} m apart at most",
+                growth.step, growth.position_max_m
+            )?;
+        }
+        Ok(())
+    }
+}
+
+fn write_keys(f: &mut fmt::Formatter<'_>, label: &str, keys: &[KeyDifference]) -> fmt::Result {
+    let text = |value: &Option<serde_json::Value>| {
+        value.as_ref().map_or("not there".to_owned(), |value| value.to_string())
+    };
+    for KeyDifference { key, a, b } in keys.iter().take(KEYS_LISTED_MAX) {
+        write!(f, "\n{label:<8} {key}: {} and {}", text(a), text(b))?;
+    }
+    if keys.len() > KEYS_LISTED_MAX {
+        write!(f, "\n{label:<8} and {} keys more", keys.len() - KEYS_LISTED_MAX)?;
+    }
+    Ok(())
+}
+
+fn write_state(f: &mut fmt::Formatter<'_>, state: &StateDifference, first: u64) -> fmt::Result {
+    if state.step != first {
+        write!(f, "\nstate    of step {}: the first that both logs keep", state.step)?;
+    }
+    for (what, [a, b]) in [("bodies", state.bodies), ("contact histories", state.contacts)] {
+        if a != b {
+            write!(f, "\nstate    {a} {what} and {b}")?;
+        }
+    }
+    for FieldDifference { owner, field, component, a, b, a_bits, b_bits, ulp, .. } in &state.fields {
+        let dot = if component.is_empty() { "" } else { "." };
+        write!(f, "\nfield    {owner}, {field}{dot}{component}: {a:?} and {b:?} ({a_bits}, {b_bits}")?;
+        match ulp {
+            Some(ulp) => write!(f, "; {ulp} ULP apart)")?,
+            None => write!(f, ")")?,
+        }
+    }
+    let (fields, bodies) = (state.fields_differing, state.bodies_differing);
+    write!(
+        f,
+        "\nin all   {fields} fields of step {} differ, {bodies} of {} bodies",
+        state.step, state.bodies[0]
+    )
+}
+
+fn write_frames(f: &mut fmt::Formatter<'_>, frames: &FrameDifference) -> fmt::Result {
+    let [a, b] = frames.counts;
+    if a != b {
+        write!(f, "\nframes   {a} and {b}")?;
+    }
+    let Some(first) = &frames.first else {
+        return write!(f, "\nframes   the same in all {} that both have", frames.compared);
+    };
+    write!(
+        f,
+        "\nframes   {} of {} differ, the first is frame {}",
+        frames.differing, frames.compared, first.frame
+    )?;
+    if first.picture_is_same {
+        write!(f, " (its film differs, its picture of 8 bits does not)")?;
+    }
+    if let Some([[width_a, height_a], [width_b, height_b]]) = frames.sizes {
+        write!(f, "\npixels   {width_a} x {height_a} and {width_b} x {height_b}: not compared")?;
+    }
+    if let Some(error) = &frames.error {
+        write!(f, "\npixels   {:.4} of 255 apart on average, {} at most", error.mean, error.max)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,457 @@
+//! The recorder process: takes the messages of a run off the bus and writes them. The only file that knows
+//! the bus, the clock and the file system.
+
+use crate::check::Counts;
+use crate::message::{Kind, Message};
+use crate::order::{OrderError, Sequencer};
+use crate::writer::{LogWriter, WriteError, Written};
+use bus::{Bus, BusError, BusName, Received, Subscriber};
+use schemas::end::{End, Outcome};
+use schemas::scene::SceneRecord;
+use schemas::topics::{Role, TOPICS, Topic};
+use schemas::wire;
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufWriter};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// After a stop was asked for, or a process was lost, the others have this long to send what they hold.
+const PATIENCE: Duration = Duration::from_millis(1200);
+/// The log is brought to the disk this often, so that a power failure costs no more than this.
+const SYNC_EVERY: Duration = Duration::from_secs(1);
+/// ... and whenever so many bytes of states have been written since.
+const SYNC_BYTES: u64 = 64 << 20;
+/// Bytes gathered before they are given to the system, within a chunk.
+const BUFFER_BYTES: usize = 1 << 18;
+
+/// What to record, and where.
+#[derive(Clone, Debug, clap::Args)]
+pub struct RecordOptions {
+    /// Name of the bus that the run's processes share
+    #[arg(long, value_name = "NAME")]
+    pub bus: BusName,
+    /// The log file to write
+    #[arg(long, value_name = "LOG")]
+    pub out: PathBuf,
+    /// Replace the log file if it exists
+    #[arg(long)]
+    pub force: bool,
+    /// Expect no renderer: the log has no frames
+    #[arg(long)]
+    pub no_render: bool,
+}
+
+/// How far a recording is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// Waiting for the other processes to start.
+    Waiting,
+    /// Recording.
+    Recording {
+        /// Steps written.
+        step: u64,
+        /// Steps of the whole run.
+        step_count: u64,
+        /// Frames written.
+        frames: u64,
+    },
+}
+
+/// A finished recording.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Recorded {
+    /// What the log holds.
+    pub written: Written,
+    /// How the simulator said that the run ended.
+    pub outcome: Outcome,
+}
+
+/// A recording that failed. The message says what is in the log.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordError {
+    /// The log file exists.
+    #[error("{} exists already; choose another file, or add --force to replace it", path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The log file cannot be made.
+    #[error("cannot write {}: {source}", path.display())]
+    Create {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// The bus could not be joined, or the recording was stopped before anything came.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// A process was lost; the log was finished with what had come.
+    #[error("{source}; {} was closed with {saved}", path.display())]
+    Lost {
+        /// The file.
+        path: PathBuf,
+        /// What it holds.
+        saved: Saved,
+        /// Who was lost.
+        source: BusError,
+    },
+    /// A message has no place in the log; the log was finished with those before it.
+    #[error("{source}; {} was closed with {saved}", path.display())]
+    Order {
+        /// The file.
+        path: PathBuf,
+        /// What it holds.
+        saved: Saved,
+        /// What is wrong.
+        source: OrderError,
+    },
+    /// A message breaks a promise of the log; the log was finished with those before it.
+    #[error("{source}; {} was closed with {saved}", path.display())]
+    Check {
+        /// The file.
+        path: PathBuf,
+        /// What it holds.
+        saved: Saved,
+        /// What is wrong.
+        source: WriteError,
+    },
+    /// The file took no more bytes: a full disk, most often. The log was not finished, but what is named can
+    /// be read.
+    #[error("cannot write {}: {source}; {saved} in it can be read", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What it holds for certain.
+        saved: Saved,
+        /// The system's reason.
+        source: WriteError,
+    },
+    /// The streams ended, but something is missing.
+    #[error("{what}; {} was closed with {saved}", path.display())]
+    Incomplete {
+        /// The file.
+        path: PathBuf,
+        /// What it holds.
+        saved: Saved,
+        /// What is missing.
+        what: String,
+    },
+}
+
+impl RecordError {
+    /// The process's exit code: 2 for bad input, 3 for a log that is not what it should be.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            RecordError::Exists { .. } | RecordError::Create { .. } => 2,
+            RecordError::Bus(BusError::NameInUse { .. } | BusError::BadName { .. }) => 2,
+            RecordError::Bus(BusError::PathTooLong { .. }) => 2,
+            _ => 3,
+        }
+    }
+}
+
+/// What is in a log, in words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Saved(pub Counts);
+
+impl std::fmt::Display for Saved {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Counts { step_records, states, frames, .. } = self.0;
+        write!(f, "{step_records} step records, {states} states and {frames} frames")
+    }
+}
+
+/// Records one run: waits for the other processes, writes until they end, and finishes the log.
+///
+/// When `stop` is set, by a signal handler, recording goes on until the simulator has ended its topics, but
+/// not for much more than a second. A process that is killed ends the recording as quickly.
+///
+/// # Errors
+///
+/// [`RecordError`]. Unless the file itself cannot be written, the log is finished properly even then.
+pub fn record(
+    options: &RecordOptions,
+    stop: Arc<AtomicBool>,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Recorded, RecordError> {
+    let target = Target::open(options)?;
+    let mut inlets = Vec::new();
+    let connected = Bus::join(&options.bus, Role::Recorder, Arc::clone(&stop)).and_then(|bus| {
+        inlets = open_inlets(&bus, !options.no_render)?;
+        progress(Progress::Waiting);
+        let mut subscribers: Vec<&mut Subscriber> =
+            inlets.iter_mut().map(|inlet| &mut inlet.subscriber).collect();
+        bus.handshake(&mut [], &mut subscribers)?;
+        Ok(bus)
+    });
+    let bus = match connected {
+        Ok(bus) => bus,
+        Err(error) => {
+            target.abandon();
+            return Err(error.into());
+        }
+    };
+    let mut recording = Recording::start(target, !options.no_render)?;
+    let ended = recording.receive_all(&bus, &mut inlets, &stop, progress);
+    recording.conclude(ended)
+}
+
+/// A topic's subscriber, and whether its stream is over.
+struct Inlet {
+    kind: Kind,
+    subscriber: Subscriber,
+    is_over: bool,
+}
+
+/// Frames are looked at first: they must never wait behind states.
+const INLET_ORDER: [Kind; 6] =
+    [Kind::Frame, Kind::FrameInfo, Kind::Scene, Kind::State, Kind::Step, Kind::End];
+
+fn open_inlets(bus: &Bus, renderer: bool) -> Result<Vec<Inlet>, BusError> {
+    let kinds = INLET_ORDER.into_iter().filter(|kind| renderer || !kind.is_rendered());
+    let open = |kind: Kind| {
+        let subscriber = Subscriber::open(bus, topic_of(kind))?;
+        Ok(Inlet { kind, subscriber, is_over: false })
+    };
+    kinds.map(open).collect()
+}
+
+fn topic_of(kind: Kind) -> &'static Topic {
+    let is_of_kind = |topic: &&&Topic| topic.channel == Some(kind.channel());
+    TOPICS.iter().find(is_of_kind).expect("every channel has a topic, which a test of `message` holds")
+}
+
+/// Why receiving came to its end before all streams did.
+enum Cause {
+    Bus(BusError),
+    Order(OrderError),
+    Write(WriteError),
+    Stopped,
+}
+
+/// The log file, not yet begun.
+struct Target {
+    path: PathBuf,
+    file: File,
+    is_new: bool,
+    /// Pipes and devices can neither be cut to length nor synced.
+    is_regular: bool,
+}
+
+impl Target {
+    /// Opens the file without touching what is in it, so that a bad path shows before anything starts.
+    fn open(options: &RecordOptions) -> Result<Target, RecordError> {
+        let path = options.out.clone();
+        let create = |path: &Path| OpenOptions::new().write(true).create_new(true).open(path);
+        let (opened, is_new) = match create(&path) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+                if !options.force {
+                    return Err(RecordError::Exists { path });
+                }
+                (OpenOptions::new().write(true).open(&path), false)
+            }
+            opened => (opened, true),
+        };
+        let measured = opened.and_then(|file| Ok((file.metadata()?.is_file(), file)));
+        match measured {
+            Ok((is_regular, file)) => Ok(Target { path, file, is_new, is_regular }),
+            Err(source) => Err(RecordError::Create { path, source }),
+        }
+    }
+
+    /// Leaves everything as it was before.
+    fn abandon(self) {
+        if self.is_new {
+            // If it cannot be removed, an empty file stays behind; there is a better error to report.
+            let _ = std::fs::remove_file(&self.path);
+        }
+    }
+}
+
+/// A log that is being written.
+struct Recording {
+    path: PathBuf,
+    /// A second handle, to sync what the writer has written.
+    file: Option<File>,
+    writer: LogWriter<BufWriter<File>>,
+    sequencer: Sequencer<'static>,
+    step_count: u64,
+    outcome: Option<Outcome>,
+    synced_at: Instant,
+    synced_bytes: u64,
+}
+
+impl Recording {
+    fn start(target: Target, renderer: bool) -> Result<Recording, RecordError> {
+        let Target { path, file, is_regular, .. } = target;
+        let begin = || -> Result<_, WriteError> {
+            let mut handle = None;
+            if is_regular {
+                file.set_len(0)?;
+                handle = Some(file.try_clone()?);
+            }
+            Ok((handle, LogWriter::create(BufWriter::with_capacity(BUFFER_BYTES, file), renderer)?))
+        };
+        match begin() {
+            Ok((file, writer)) => Ok(Recording {
+                path,
+                file,
+                writer,
+                sequencer: Sequencer::new(renderer),
+                step_count: 0,
+                outcome: None,
+                synced_at: Instant::now(),
+                synced_bytes: 0,
+            }),
+            Err(source) => Err(RecordError::Write { path, saved: Saved(Counts::default()), source }),
+        }
+    }
+
+    /// Receives and writes until every stream is over, or until there is a reason to end before that.
+    fn receive_all(
+        &mut self,
+        bus: &Bus,
+        inlets: &mut [Inlet],
+        stop: &AtomicBool,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<(), Cause> {
+        let mut lost: Option<BusError> = None;
+        let mut deadline: Option<Instant> = None;
+        loop {
+            let mut received = false;
+            for inlet in inlets.iter_mut().filter(|inlet| !inlet.is_over) {
+                match self.receive(inlet) {
+                    Ok(any) => received |= any,
+                    Err(Cause::Bus(error @ BusError::PeerLost { .. })) => {
+                        self.close(inlet)?;
+                        lost.get_or_insert(error);
+                    }
+                    Err(cause) => return Err(cause),
+                }
+            }
+            let frames = self.writer.counts().frames;
+            let step = self.writer.counts().step_records.saturating_sub(1);
+            if received {
+                progress(Progress::Recording { step, step_count: self.step_count, frames });
+                self.sync_if_due(false).map_err(Cause::Write)?;
+            }
+            if inlets.iter().all(|inlet| inlet.is_over) {
+                return lost.map_or(Ok(()), |error| Err(Cause::Bus(error)));
+            }
+            if deadline.is_none() && (lost.is_some() || stop.load(Ordering::Relaxed)) {
+                deadline = Some(Instant::now() + PATIENCE);
+            }
+            if deadline.is_some_and(|deadline| Instant::now() > deadline) {
+                for inlet in inlets.iter_mut() {
+                    self.close(inlet)?;
+                }
+                return Err(lost.map_or(Cause::Stopped, Cause::Bus));
+            }
+            if !received {
+                bus.wait(PATIENCE).map_err(Cause::Bus)?;
+            }
+        }
+    }
+
+    /// Takes what a topic has and the log can place; says whether there was anything.
+    fn receive(&mut self, inlet: &mut Inlet) -> Result<bool, Cause> {
+        let mut received = false;
+        while !inlet.is_over && self.sequencer.wants(inlet.kind) {
+            match inlet.subscriber.receive().map_err(Cause::Bus)? {
+                Received::Nothing => break,
+                Received::End { .. } => self.close(inlet)?,
+                Received::Message(message) => {
+                    self.note(inlet.kind, &message.bytes);
+                    let message = Message::new(inlet.kind, message.log_time_ns, message.bytes);
+                    self.sequencer.push(message).map_err(Cause::Order)?;
+                    self.write_what_is_due()?;
+                }
+            }
+            received = true;
+        }
+        Ok(received)
+    }
+
+    fn close(&mut self, inlet: &mut Inlet) -> Result<(), Cause> {
+        inlet.is_over = true;
+        self.sequencer.close(inlet.kind);
+        self.write_what_is_due()
+    }
+
+    /// Keeps what the progress and the report need; a message that does not parse is refused elsewhere.
+    fn note(&mut self, kind: Kind, bytes: &[u8]) {
+        if kind == Kind::Scene
+            && let Ok(record) = serde_json::from_slice::<SceneRecord>(bytes)
+        {
+            self.step_count = record.scene.time.step_count();
+        }
+        if kind == Kind::End
+            && let Ok(end) = wire::decode::<End>(bytes)
+        {
+            self.outcome = Some(end.outcome);
+        }
+    }
+
+    fn write_what_is_due(&mut self) -> Result<(), Cause> {
+        while let Some(message) = self.sequencer.next().map_err(Cause::Order)? {
+            self.writer.write(&message).map_err(Cause::Write)?;
+        }
+        Ok(())
+    }
+
+    fn sync_if_due(&mut self, now: bool) -> Result<(), WriteError> {
+        let bytes = self.writer.counts().state_bytes;
+        let is_due = self.synced_at.elapsed() >= SYNC_EVERY || bytes - self.synced_bytes >= SYNC_BYTES;
+        if let Some(file) = &self.file
+            && (now || is_due)
+        {
+            file.sync_data()?;
+            self.synced_at = Instant::now();
+            self.synced_bytes = bytes;
+        }
+        Ok(())
+    }
+
+    /// Finishes the log and says what became of it.
+    fn conclude(self, ended: Result<(), Cause>) -> Result<Recorded, RecordError> {
+        let (path, has_end, outcome) = (self.path, self.writer.has_end(), self.outcome);
+        let certain = Saved(self.writer.saved());
+        let pending = self.sequencer.pending_count();
+        if let Err(Cause::Write(source @ (WriteError::Io(_) | WriteError::Container(_)))) = ended {
+            return Err(RecordError::Write { path, saved: certain, source });
+        }
+        let file = self.file;
+        let finished = self.writer.finish().and_then(|(_, written)| {
+            file.map_or(Ok(()), |file| file.sync_all())?;
+            Ok(written)
+        });
+        let written = match finished {
+            Ok(written) => written,
+            Err(source) => return Err(RecordError::Write { path, saved: certain, source }),
+        };
+        let saved = Saved(written.counts);
+        let incomplete =
+            |path, what: &str| Err(RecordError::Incomplete { path, saved, what: what.to_owned() });
+        match (ended, outcome) {
+            (Err(Cause::Bus(source)), _) => Err(RecordError::Lost { path, saved, source }),
+            (Err(Cause::Order(source)), _) => Err(RecordError::Order { path, saved, source }),
+            (Err(Cause::Write(source)), _) => Err(RecordError::Check { path, saved, source }),
+            (_, Some(outcome)) if has_end => {
+                let may_miss_frames = outcome == Outcome::Interrupted;
+                if written.frames_missing > 0 && !may_miss_frames {
+                    let what = format!("{} frames never came", written.frames_missing);
+                    return incomplete(path, &what);
+                }
+                if pending > 0 && !may_miss_frames {
+                    return incomplete(path, &format!("{pending} messages had no place in the log"));
+                }
+                Ok(Recorded { written, outcome })
+            }
+            (Err(Cause::Stopped), _) => incomplete(path, "stopped before the simulator had ended"),
+            _ => incomplete(path, "the simulator ended its topics without an end record"),
+        }
+    }
+}
