@@ -14,6 +14,7 @@ mod friction;
 mod material;
 mod model;
 mod neighbours;
+pub mod node;
 mod overlap;
 mod plan;
 mod record;

@@ -33,11 +33,11 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) {
     scratch.evaluation.evaluate(model, &scratch.moment, &state.contacts, slip, pool);
     scratch.keep_springs(&mut state.contacts);
     let loses = Evaluation::loses(model);
-    state.dissipated_energy_j += match (model.features.drag, loses) {
-        (false, false) => kick_and_drift::<false, false>(model, state, scratch),
-        (false, true) => kick_and_drift::<false, true>(model, state, scratch),
-        (true, false) => kick_and_drift::<true, false>(model, state, scratch),
-        (true, true) => kick_and_drift::<true, true>(model, state, scratch),
+    state.dissipated_energy_j += match (model.features.gravity, model.features.drag) {
+        (false, false) => kick_and_drift::<false, false>(model, state, scratch, loses),
+        (false, true) => kick_and_drift::<false, true>(model, state, scratch, loses),
+        (true, false) => kick_and_drift::<true, false>(model, state, scratch, loses),
+        (true, true) => kick_and_drift::<true, true>(model, state, scratch, loses),
     };
     scratch.evaluation_age_s = 0.5 * time_step;
 }
@@ -60,11 +60,13 @@ fn drift_to_middle(model: &Model, state: &State, scratch: &mut Scratch, time: f6
     }
 }
 
-/// The kick and the second drift of each body; returns the energy lost.
-fn kick_and_drift<const DRAG: bool, const LOSES: bool>(
+/// The kick and the second drift of each body; returns the energy lost. `loses`: there is an inelastic part
+/// of the contact forces.
+fn kick_and_drift<const GRAVITY: bool, const DRAG: bool>(
     model: &Model,
     state: &mut State,
     scratch: &Scratch,
+    loses: bool,
 ) -> f64 {
     let time = 0.5 * model.time().time_step_s;
     let mut lost = 0.0;
@@ -72,18 +74,22 @@ fn kick_and_drift<const DRAG: bool, const LOSES: bool>(
         if body.pinned {
             continue;
         }
+        let mut acceleration = scratch.evaluation.wrenches[index].force * body.inverse_mass;
+        if GRAVITY {
+            acceleration += model.gravity();
+        }
         let kick = Kick {
             body,
             normal: scratch.moment.circles[index].normal,
             velocity: scratch.moment.velocities[index],
-            acceleration: scratch.evaluation.wrenches[index].force * body.inverse_mass + model.gravity(),
+            acceleration,
             torque: scratch.evaluation.wrenches[index].torque,
         };
         let (linear, spin) = kick.apply::<DRAG>();
         if DRAG {
             lost += kick.drag_loss();
         }
-        if LOSES {
+        if loses {
             lost -= kick.work(&scratch.evaluation.lost[index]);
         }
         let orientation = renormalised(turn(&scratch.orientations[index], &spin, time));
