@@ -22,7 +22,8 @@ fn main() {
         let mut best = f64::INFINITY;
         for _ in 0..3 {
             let start = Instant::now();
-            let film = render(&model, &bodies, 0, scene.seed, NonZeroUsize::MIN).expect("the state is the scene's");
+            let film =
+                render(&model, &bodies, 0, scene.seed, NonZeroUsize::MIN).expect("the state is the scene's");
             let seconds = start.elapsed().as_secs_f64();
             best = if seconds < best { seconds } else { best };
             println!(

@@ -201,7 +201,8 @@ impl Builder<'_> {
         let mut cuts = vec![0, order.len()];
         while cuts.len() <= WIDTH {
             let area = |child: usize| self.bounds(&order[cuts[child]..cuts[child + 1]]).surface_area();
-            let cuttable = (0..cuts.len() - 1).filter(|&child| cuts[child + 1] - cuts[child] > LEAF_BODIES_MAX);
+            let cuttable =
+                (0..cuts.len() - 1).filter(|&child| cuts[child + 1] - cuts[child] > LEAF_BODIES_MAX);
             let areas = cuttable.map(|child| (child, area(child)));
             let largest = areas.reduce(|best, one| if one.1 > best.1 { one } else { best });
             let Some((child, _)) = largest else { break };
@@ -283,10 +284,10 @@ fn costs(bins: &[(Aabb, usize); BINS]) -> impl Iterator<Item = (usize, f64)> {
         let (bounds, count) = bins.fold((Aabb::EMPTY, 0), |all, one| (all.0.union(&one.0), all.1 + one.1));
         (bounds.surface_area() * count as f64, count)
     };
-    let both = (1..BINS).map(move |border| {
-        (border, weight(&mut bins[..border].iter()), weight(&mut bins[border..].iter()))
-    });
-    both.filter(|(_, left, right)| left.1 > 0 && right.1 > 0).map(|(border, left, right)| (border, left.0 + right.0))
+    let both = (1..BINS)
+        .map(move |border| (border, weight(&mut bins[..border].iter()), weight(&mut bins[border..].iter())));
+    both.filter(|(_, left, right)| left.1 > 0 && right.1 > 0)
+        .map(|(border, left, right)| (border, left.0 + right.0))
 }
 
 /// Bounds that no ray runs through.

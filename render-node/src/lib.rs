@@ -37,10 +37,11 @@ mod picture;
 mod sampler;
 mod world;
 
+pub mod node;
 pub mod warp;
 
 pub use film::{Film, SamplePlace};
-pub use frame::render;
+pub use frame::{render, render_while};
 pub use model::RenderModel;
 pub use path::Ray;
 pub use picture::{png_bytes, srgb_bytes, srgb_code};

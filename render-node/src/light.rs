@@ -69,7 +69,7 @@ impl AreaLight {
                 let t = plane::ray_plane(&ray.origin, &ray.direction, normal, normal.dot(corner), t_min)?;
                 let from_corner = ray.origin + ray.direction * t - corner;
                 let (u, v) = (from_corner.dot(&inverse[0]), from_corner.dot(&inverse[1]));
-                (u >= 0.0 && u <= 1.0 && v >= 0.0 && v <= 1.0).then_some(t)
+                ((0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v)).then_some(t)
             }
         }
     }

@@ -103,10 +103,10 @@ impl RenderModel {
             look: looks.of_material(&ring.material),
         });
         let rings = rings.collect::<Vec<_>>();
-        let spheres = scene.spheres.iter().map(|sphere| SphereShape {
-            radius: sphere.radius_m,
-            look: looks.of_material(&sphere.material),
-        });
+        let spheres = scene
+            .spheres
+            .iter()
+            .map(|sphere| SphereShape { radius: sphere.radius_m, look: looks.of_material(&sphere.material) });
         let spheres = spheres.collect::<Vec<_>>();
         let planes = scene.planes.iter().map(|plane| {
             let normal = Vec3::from(plane.normal);
@@ -189,7 +189,8 @@ impl<'a> Looks<'a> {
 
 /// The two World axes least along the normal, made perpendicular to it and to each other.
 fn checker_axes(normal: &Vec3) -> [Vec3; 2] {
-    let least = (0..3).fold(0, |best, axis| if normal[axis].abs() < normal[best].abs() { axis } else { best });
+    let least =
+        (0..3).fold(0, |best, axis| if normal[axis].abs() < normal[best].abs() { axis } else { best });
     let mut along = Vec3::zeros();
     along[least] = 1.0;
     let first = (along - normal * normal.dot(&along)).normalize();
@@ -210,9 +211,10 @@ fn plan(scene: &Scene, lights: &[AreaLight]) -> Plan {
     plan.push("light/sky", sky, reason);
     let bounces = render.bounces_max;
     plan.push("light/indirect", bounces > 0, format!("bounces_max is {bounces}"));
-    let checkered = scene.planes.iter().any(|plane| {
-        render.looks.get(&plane.material).is_some_and(|look| look.checker_albedo.is_some())
-    });
+    let checkered = scene
+        .planes
+        .iter()
+        .any(|plane| render.looks.get(&plane.material).is_some_and(|look| look.checker_albedo.is_some()));
     let reason = if checkered { "a plane's look has a checker_albedo" } else { "no plane's look has one" };
     plan.push("look/checkerboard", checkered, reason);
     plan

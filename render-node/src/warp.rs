@@ -95,8 +95,7 @@ mod tests {
     fn frames_are_orthonormal() {
         for axis in [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.6, 0.0, -0.8], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]] {
             let axis = Vec3::from(axis);
-            let [x, y, z] =
-                [Vec3::x(), Vec3::y(), Vec3::z()].map(|local| about(&axis, &local));
+            let [x, y, z] = [Vec3::x(), Vec3::y(), Vec3::z()].map(|local| about(&axis, &local));
             assert_eq!(z, axis);
             assert!((x.cross(&y) - z).norm() < 1e-15 && x.dot(&y).abs() < 1e-15);
         }

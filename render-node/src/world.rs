@@ -66,7 +66,9 @@ pub enum PoseError {
         found: usize,
     },
     /// A position or orientation that is NaN, infinite, or not a rotation.
-    #[error("body {body} has position {position_m:?} m and orientation {orientation:?}: finite numbers and a unit quaternion were expected")]
+    #[error(
+        "body {body} has position {position_m:?} m and orientation {orientation:?}: finite numbers and a unit quaternion were expected"
+    )]
     Pose {
         /// Number of the body in the state.
         body: usize,
@@ -137,31 +139,30 @@ impl<'a> World<'a> {
 
     fn closest_plane_or_light(&self, ray: &Ray) -> Option<Hit> {
         let mut best = None;
-        let mut number = self.bodies.count();
-        for plane in &self.model.planes {
+        for (number, plane) in (self.bodies.count()..).zip(&self.model.planes) {
             best = nearer(best, self.hit_plane(plane, number, ray), number);
-            number += 1;
         }
-        for light in &self.model.lights {
+        for (number, light) in (self.first_light()..).zip(&self.model.lights) {
             best = nearer(best, light.hit(ray, self.bodies.ray_start), number);
-            number += 1;
         }
         best
     }
 
     fn any_plane_or_light(&self, ray: &Ray, distance: f64, target: Option<usize>) -> bool {
         let blocks = |t: Option<f64>| t.is_some_and(|t| t < distance);
-        let mut number = self.bodies.count();
-        for plane in &self.model.planes {
-            if blocks(self.hit_plane(plane, number, ray)) {
-                return true;
-            }
-            number += 1;
+        let mut planes = (self.bodies.count()..).zip(&self.model.planes);
+        if planes.any(|(number, plane)| blocks(self.hit_plane(plane, number, ray))) {
+            return true;
         }
         let in_the_way = |(index, light): (usize, &AreaLight)| {
             target != Some(index) && blocks(light.hit(ray, self.bodies.ray_start))
         };
         self.model.lights.iter().enumerate().any(in_the_way)
+    }
+
+    /// Number of the first light among the surfaces.
+    fn first_light(&self) -> u32 {
+        self.bodies.count() + self.model.planes.len() as u32
     }
 
     #[inline]
@@ -193,8 +194,7 @@ impl<'a> World<'a> {
 
     /// Radiance emitted against a ray by the light that it hits.
     pub(crate) fn emitted(&self, ray: &Ray, hit: &Hit) -> Vec3 {
-        let light = (hit.surface - self.bodies.count()) as usize - self.model.planes.len();
-        self.model.lights[light].emitted(&ray.direction)
+        self.model.lights[(hit.surface - self.first_light()) as usize].emitted(&ray.direction)
     }
 }
 
@@ -231,8 +231,14 @@ impl Bodies<'_> {
         }
         let body = body as usize;
         if let Some(ring) = self.rings.get(body) {
-            let (origin, direction) = (ring.to_local(&(ray.origin - ring.centre)), ring.to_local(&ray.direction));
-            return torus::ray_torus(&origin, &direction, ring.major_radius, ring.minor_radius, self.ray_start);
+            let (origin, direction) = (ring.local(&(ray.origin - ring.centre)), ring.local(&ray.direction));
+            return torus::ray_torus(
+                &origin,
+                &direction,
+                ring.major_radius,
+                ring.minor_radius,
+                self.ray_start,
+            );
         }
         let sphere = body - self.rings.len();
         let (centre, radius) = (&self.sphere_centres[sphere], self.model.spheres[sphere].radius);
@@ -242,8 +248,8 @@ impl Bodies<'_> {
     fn vertex(&self, body: u32, point: Vec3, ray: &Ray) -> Vertex {
         let index = body as usize;
         let (outward, look, bulges) = if let Some(ring) = self.rings.get(index) {
-            let local = ring.to_local(&(point - ring.centre));
-            let outward = ring.to_world(&torus::normal(&local, ring.major_radius));
+            let local = ring.local(&(point - ring.centre));
+            let outward = ring.world(&torus::normal(&local, ring.major_radius));
             // On the outer half the tangent plane has the whole ring on one side.
             let beyond = local.x * local.x + local.y * local.y >= ring.major_radius * ring.major_radius;
             (outward, self.model.rings[index].look, beyond)
@@ -275,12 +281,12 @@ impl Bodies<'_> {
 
 impl RingFrame {
     #[inline]
-    fn to_local(&self, vector: &Vec3) -> Vec3 {
+    fn local(&self, vector: &Vec3) -> Vec3 {
         Vec3::new(self.u.dot(vector), self.w.dot(vector), self.normal.dot(vector))
     }
 
     #[inline]
-    fn to_world(&self, local: &Vec3) -> Vec3 {
+    fn world(&self, local: &Vec3) -> Vec3 {
         self.u * local.x + self.w * local.y + self.normal * local.z
     }
 }

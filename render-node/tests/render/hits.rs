@@ -1,0 +1,127 @@
+//! The tree finds what asking every body finds, bit for bit.
+
+use crate::staging::{Dice, initial_state, scene};
+use geometry::Vec3;
+use render_node::{Hit, Ray, RenderModel, World};
+use schemas::scene::{Ring, Scene, Sphere};
+
+/// Rings and spheres at random places in a cube of half side 10, of sizes that differ up to a thousandfold.
+fn heap(dice: &mut Dice, rings: usize, spheres: usize) -> Scene {
+    let mut scene = scene("plane = [{ normal = [0, 0, 1], offset_m = -12.0, material = 'b' }]");
+    let size = |dice: &mut Dice| libm::pow(10.0, -2.0 + 3.0 * dice.unit() * dice.unit());
+    for _ in 0..rings {
+        let major_radius_m = size(dice);
+        let position_m = dice.in_cube(10.0).into();
+        scene.rings.push(Ring {
+            major_radius_m,
+            minor_radius_m: major_radius_m * (0.02 + 0.3 * dice.unit()),
+            mass_kg: 1.0,
+            material: "a".to_owned(),
+            position_m,
+            orientation: dice.quaternion(),
+            linear_velocity_m_per_s: [0.0; 3],
+            angular_velocity_rad_per_s: [0.0; 3],
+            pinned: false,
+        });
+    }
+    for _ in 0..spheres {
+        scene.spheres.push(Sphere {
+            radius_m: size(dice),
+            mass_kg: 1.0,
+            material: "b".to_owned(),
+            position_m: dice.in_cube(10.0).into(),
+            linear_velocity_m_per_s: [0.0; 3],
+            angular_velocity_rad_per_s: [0.0; 3],
+            pinned: false,
+        });
+    }
+    scene
+}
+
+fn bits(hit: Option<Hit>) -> Option<(u64, u32)> {
+    hit.map(|hit| (hit.distance.to_bits(), hit.surface))
+}
+
+/// A ray past or into a body, of one of eight kinds: from near it, from outside at three distances, along an axis,
+/// nearly along one, from its very centre, and from a surface. `places` are centres and sizes of the bodies.
+fn ray(dice: &mut Dice, kind: usize, world: &World, places: &[(Vec3, f64)]) -> Ray {
+    let (centre, size) = places[(places.len() as f64 * dice.unit()) as usize];
+    let target = centre + dice.in_cube(1.5 * size);
+    let from = |dice: &mut Dice, distance: f64| {
+        let origin = dice.direction() * distance;
+        Ray::new(origin, (target - origin).normalize())
+    };
+    let axis =
+        [Vec3::x(), -Vec3::x(), Vec3::y(), -Vec3::y(), Vec3::z(), -Vec3::z()][(6.0 * dice.unit()) as usize];
+    match kind {
+        0 => Ray::new(target, dice.direction()),
+        1 => from(dice, 40.0),
+        2 => from(dice, 1e4),
+        3 => from(dice, 1e7),
+        4 => Ray::new(target - axis * 30.0, axis),
+        5 => Ray::new(target - axis * 30.0, (axis + dice.direction() * 1e-12).normalize()),
+        6 => Ray::new(centre, dice.direction()),
+        _ => {
+            let first = Ray::new(target, dice.direction());
+            match world.closest_of_all(&first) {
+                Some(hit) => Ray::new(first.origin + first.direction * hit.distance, dice.direction()),
+                None => first,
+            }
+        }
+    }
+}
+
+#[test]
+fn tree_equals_every_body_bit_for_bit() {
+    let mut dice = Dice::new(1);
+    for (rings, spheres, rays) in [(1, 0, 400), (0, 1, 400), (4, 1, 400), (30, 5, 2_000), (400, 60, 4_000)] {
+        let scene = heap(&mut dice, rings, spheres);
+        let (model, _) = RenderModel::compile(&scene);
+        let states = initial_state(&scene);
+        let sizes = scene.rings.iter().map(|ring| ring.major_radius_m);
+        let sizes = sizes.chain(scene.spheres.iter().map(|sphere| sphere.radius_m));
+        let places: Vec<_> = states.iter().map(|state| Vec3::from(state.position_m)).zip(sizes).collect();
+        let world = World::new(&model, &states).expect("the state is the scene's");
+        let (mut met, mut blocked) = (0, 0);
+        for index in 0..rays {
+            let ray = ray(&mut dice, index % 8, &world, &places);
+            let expected = world.closest_of_all(&ray);
+            assert_eq!(bits(world.closest(&ray)), bits(expected), "{rings} rings, ray {index}: {ray:?}");
+            // The very distance of the first hit is the sharpest question: it must not block itself.
+            let distance = match expected {
+                Some(hit) if index % 3 == 0 => hit.distance,
+                Some(hit) => hit.distance * (0.5 + dice.unit()),
+                None => f64::INFINITY,
+            };
+            let expected_any = world.any_of_all(&ray, distance, None);
+            assert_eq!(world.any(&ray, distance, None), expected_any, "{rings} rings, ray {index}: {ray:?}");
+            met += usize::from(expected.is_some_and(|hit| (hit.surface as usize) < rings + spheres));
+            blocked += usize::from(expected_any);
+        }
+        println!("{rings} rings, {spheres} spheres: {met} of {rays} rays met a body, {blocked} were blocked");
+        assert!(met > rays / 8);
+    }
+}
+
+#[test]
+fn equal_distances_go_to_the_lowest_number() {
+    let mut dice = Dice::new(2);
+    let mut scene = heap(&mut dice, 1, 0);
+    scene.rings[0].major_radius_m = 3.0;
+    scene.rings[0].minor_radius_m = 1.0;
+    scene.rings.resize(40, scene.rings[0].clone());
+    let (model, _) = RenderModel::compile(&scene);
+    let states = initial_state(&scene);
+    let world = World::new(&model, &states).expect("the state is the scene's");
+    let centre = Vec3::from(scene.rings[0].position_m);
+    let mut met = 0;
+    for _ in 0..300 {
+        let direction = dice.direction();
+        let ray = Ray::new(centre + dice.in_cube(3.0) - direction * 20.0, direction);
+        if let Some(hit) = world.closest(&ray).filter(|hit| hit.surface != 40) {
+            assert_eq!(hit.surface, 0);
+            met += 1;
+        }
+    }
+    assert!(met > 50, "{met} rays met the rings");
+}

@@ -1,0 +1,9 @@
+//! Tests of the renderer's core: is the light right, is the nearest surface found, are the bits the same?
+
+mod determinism;
+mod edges;
+mod hits;
+mod light;
+mod picture;
+mod staging;
+mod warps;

@@ -1,0 +1,86 @@
+//! Scenes, states and random numbers for the tests.
+
+use geometry::Vec3;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use render_node::{Film, RenderModel, render};
+use schemas::scene::Scene;
+use schemas::state::BodyState;
+use std::num::NonZeroUsize;
+
+/// A scene of no duration with the materials `a`, `b` and `white` (which reflects everything), and what is appended.
+pub fn scene(text: &str) -> Scene {
+    let head = "
+        time = { duration_s = 0.0, time_step_s = 0.001 }
+        material.a = {}
+        material.b = {}
+        material.white = {}
+        render.look.white.albedo = [1.0, 1.0, 1.0]
+    ";
+    Scene::parse(&format!("{head}\n{text}"), &[]).unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+/// The bodies of a scene where they begin.
+pub fn initial_state(scene: &Scene) -> Vec<BodyState> {
+    let rings = scene.rings.iter().map(|ring| BodyState {
+        position_m: ring.position_m,
+        orientation: ring.orientation,
+        ..Default::default()
+    });
+    let spheres = scene.spheres.iter().map(|sphere| BodyState {
+        position_m: sphere.position_m,
+        orientation: [0.0, 0.0, 0.0, 1.0],
+        ..Default::default()
+    });
+    rings.chain(spheres).collect()
+}
+
+pub fn threads(count: usize) -> NonZeroUsize {
+    NonZeroUsize::new(count).expect("at least one thread")
+}
+
+/// The first frame of a scene's initial state.
+pub fn film(scene: &Scene) -> Film {
+    let (model, _) = RenderModel::compile(scene);
+    render(&model, &initial_state(scene), 0, scene.seed, threads(2)).expect("the state is the scene's")
+}
+
+/// Random numbers for the tests, the same in every run.
+pub struct Dice(ChaCha8Rng);
+
+impl Dice {
+    pub fn new(seed: u64) -> Dice {
+        Dice(ChaCha8Rng::seed_from_u64(seed))
+    }
+
+    /// Uniform from 0 to 1.
+    pub fn unit(&mut self) -> f64 {
+        (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Uniform in a cube about the origin with this half side.
+    pub fn in_cube(&mut self, half: f64) -> Vec3 {
+        Vec3::new(self.unit() - 0.5, self.unit() - 0.5, self.unit() - 0.5) * (2.0 * half)
+    }
+
+    /// Uniform on the unit sphere.
+    pub fn direction(&mut self) -> Vec3 {
+        loop {
+            let v = self.in_cube(1.0);
+            if v.norm_squared() <= 1.0 && v.norm_squared() > 1e-6 {
+                return v.normalize();
+            }
+        }
+    }
+
+    /// Uniform among rotations.
+    pub fn quaternion(&mut self) -> [f64; 4] {
+        loop {
+            let q = [0; 4].map(|_| 2.0 * self.unit() - 1.0);
+            let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+            if norm <= 1.0 && norm > 1e-3 {
+                return q.map(|x| x / norm);
+            }
+        }
+    }
+}
