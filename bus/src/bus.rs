@@ -1,14 +1,14 @@
 //! A process's place on a bus: its node, its wake-up events, and who else is there.
 
 use crate::claim::{self, Claim, Roster};
-use crate::header::{EVENT_ID_MAX, EVENT_LOOK, MessageHeader};
+use crate::header::{EVENT_ID_MAX, EVENT_LOOK, MessageHeader, ROLES, role_index, topic_index};
 use crate::{BusError, BusName, Publisher, Subscriber};
 use iceoryx2::node::NodeCreationFailure;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::{event, publish_subscribe};
-use schemas::topics::{Role, Topic};
+use schemas::topics::{Role, TOPICS, Topic};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
@@ -18,6 +18,8 @@ use std::time::Duration;
 
 /// The service of one topic.
 pub(crate) type TopicService = publish_subscribe::PortFactory<ipc::Service, [u8], MessageHeader>;
+/// The events that wake a role's process.
+type WakeService = event::PortFactory<ipc::Service>;
 
 /// The longest that a wait goes on before the caller looks around again: a killed peer wakes nobody, so
 /// this bounds how late its death is seen.
@@ -27,7 +29,7 @@ const SOCKET_PATH_BYTES_MAX: usize = 107;
 /// Bytes of the longest socket name after the prefix: an id of 39 digits and `.event`.
 const SOCKET_NAME_BYTES: usize = 39 + 6;
 /// Attempts at things that a signal or a process in the middle of its own start can spoil.
-pub(crate) const ATTEMPTS: usize = 20;
+pub(crate) const ATTEMPTS: usize = 10;
 
 /// A process's place on a bus.
 ///
@@ -42,6 +44,8 @@ pub struct Bus(pub(crate) Rc<Shared>);
 pub(crate) struct Shared {
     listener: Listener<ipc::Service>,
     notifiers: RefCell<BTreeMap<Role, Notifier<ipc::Service>>>,
+    topics: Vec<TopicService>,
+    wakes: Vec<WakeService>,
     /// Answers to this process's hellos that have come and nobody has asked for yet.
     answers: RefCell<BTreeSet<usize>>,
     node: Node<ipc::Service>,
@@ -69,7 +73,7 @@ impl Bus {
         }
         // iceoryx2 writes to stderr by itself; what matters here comes back as an error.
         set_log_level_from_env_or(LogLevel::Fatal);
-        let claim = Claim::take(name, role)?;
+        let (claim, door) = Claim::take(name, role)?;
         let refused = |reason: &dyn std::fmt::Debug| {
             BusError::transport(format!("joining bus {name} as {}", role.name()), reason)
         };
@@ -87,12 +91,20 @@ impl Bus {
                 .create::<ipc::Service>()
         })
         .map_err(|reason: NodeCreationFailure| refused(&reason))?;
-        let wake = attempt(|| wake_service(&node, role))?;
-        let listener = attempt(|| wake.listener_builder().create()).map_err(|reason| refused(&reason))?;
+        // Everybody opens everything while nobody else joins, and keeps it: so services are made by the first
+        // process of a run alone. One that is killed while it makes a service leaves a half-made one, on
+        // which all others would wait; when the first is killed, nobody else is there and it is wiped.
+        let topics = TOPICS.iter().map(|topic| topic_service(&node, topic)).collect::<Result<_, _>>()?;
+        let wakes: Vec<_> = ROLES.iter().map(|role| wake_service(&node, *role)).collect::<Result<_, _>>()?;
+        let listener = attempt(|| wakes[role_index(role)].listener_builder().create())
+            .map_err(|reason| refused(&reason))?;
+        drop(door);
         let roster = claim.roster();
         Ok(Bus(Rc::new(Shared {
             listener,
             notifiers: RefCell::default(),
+            topics,
+            wakes,
             answers: RefCell::default(),
             node,
             role,
@@ -201,55 +213,61 @@ impl Shared {
         // A notifier looks for listeners again only when their list changes, so one that failed to open a
         // listener that was just being made would never wake it: make a new one.
         notifiers.remove(&role);
-        let wake = attempt(|| wake_service(&self.node, role))?;
         let refused =
             |reason: &dyn std::fmt::Debug| BusError::transport(format!("waking the {}", role.name()), reason);
+        let wake = &self.wakes[role_index(role)];
         let notifier = attempt(|| wake.notifier_builder().create()).map_err(|reason| refused(&reason))?;
         notifier.notify_with_custom_event_id(EventId::new(event)).map_err(|reason| refused(&reason))?;
         notifiers.insert(role, notifier);
         Ok(())
     }
 
-    /// Opens the service of a topic. Both sides do it in the same words: the settings must agree.
-    pub(crate) fn topic_service(&self, topic: &Topic) -> Result<TopicService, BusError> {
-        let refused = |reason: &dyn std::fmt::Debug| {
-            BusError::transport(format!("opening topic {}", topic.name), reason)
-        };
-        let name = ServiceName::new(topic.name).map_err(|reason| refused(&reason))?;
-        attempt(|| {
-            self.node
-                .service_builder(&name)
-                .publish_subscribe::<[u8]>()
-                .user_header::<MessageHeader>()
-                .enable_safe_overflow(false)
-                .history_size(0)
-                .subscriber_max_buffer_size(topic.queue)
-                .subscriber_max_borrowed_samples(1)
-                .max_publishers(1)
-                .max_subscribers(topic.subscribers.len())
-                .max_nodes(NODES_MAX)
-                .open_or_create()
-        })
-        .map_err(|reason| refused(&reason))
+    /// The service of a topic.
+    pub(crate) fn topic_service(&self, topic: &Topic) -> &TopicService {
+        &self.topics[topic_index(topic)]
     }
 }
 
 /// Processes that may have a service open: one for each role, and some that died and are not cleaned up.
 const NODES_MAX: usize = 16;
 
-fn wake_service(node: &Node<ipc::Service>, role: Role) -> Result<event::PortFactory<ipc::Service>, BusError> {
+/// Opens the service of a topic. Everyone does it in the same words: the settings must agree.
+fn topic_service(node: &Node<ipc::Service>, topic: &Topic) -> Result<TopicService, BusError> {
+    let refused =
+        |reason: &dyn std::fmt::Debug| BusError::transport(format!("opening topic {}", topic.name), reason);
+    let name = ServiceName::new(topic.name).map_err(|reason| refused(&reason))?;
+    attempt(|| {
+        node.service_builder(&name)
+            .publish_subscribe::<[u8]>()
+            .user_header::<MessageHeader>()
+            .enable_safe_overflow(false)
+            .history_size(0)
+            .subscriber_max_buffer_size(topic.queue)
+            .subscriber_max_borrowed_samples(1)
+            .max_publishers(1)
+            .max_subscribers(topic.subscribers.len())
+            .max_nodes(NODES_MAX)
+            .open_or_create()
+    })
+    .map_err(|reason| refused(&reason))
+}
+
+/// Opens the events that wake a role's process.
+fn wake_service(node: &Node<ipc::Service>, role: Role) -> Result<WakeService, BusError> {
     let refused = |reason: &dyn std::fmt::Debug| {
         BusError::transport(format!("opening the wake-up events of the {}", role.name()), reason)
     };
     let name = ServiceName::new(&format!("wake-{}", role.name())).map_err(|reason| refused(&reason))?;
-    node.service_builder(&name)
-        .event()
-        .max_listeners(2)
-        .max_notifiers(NODES_MAX)
-        .max_nodes(NODES_MAX)
-        .event_id_max_value(EVENT_ID_MAX)
-        .open_or_create()
-        .map_err(|reason| refused(&reason))
+    attempt(|| {
+        node.service_builder(&name)
+            .event()
+            .max_listeners(2)
+            .max_notifiers(NODES_MAX)
+            .max_nodes(NODES_MAX)
+            .event_id_max_value(EVENT_ID_MAX)
+            .open_or_create()
+    })
+    .map_err(|reason| refused(&reason))
 }
 
 /// Tries again what another process in the middle of its start or end, or a signal, can spoil.

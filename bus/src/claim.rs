@@ -15,11 +15,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
-/// How long a claim is tried again before the role counts as taken. Others hold a role's lock for moments
-/// only, to see whether it is alive (microseconds) or to clean up (milliseconds).
-const CLAIM_PATIENCE: Duration = Duration::from_millis(500);
+/// How long a role is tried again before it counts as taken: others lock the role of nobody for moments,
+/// to see whether it is alive.
+const CLAIM_PATIENCE: Duration = Duration::from_millis(200);
+/// How long the door is waited for: others hold it while they join or leave, which takes milliseconds; on an
+/// overloaded machine, more.
+const DOOR_PATIENCE: Duration = Duration::from_secs(10);
 /// Pause between two tries.
-const CLAIM_PAUSE: Duration = Duration::from_millis(5);
+const PAUSE: Duration = Duration::from_millis(2);
 
 /// The lock files of a bus, open, none of them locked by this value.
 #[derive(Debug)]
@@ -52,37 +55,39 @@ impl Roster {
 #[derive(Debug)]
 pub(crate) struct Claim {
     name: BusName,
-    role: Role,
     roster: Arc<Roster>,
     /// Locked as long as the claim lives.
-    _locked: File,
+    locked: File,
 }
 
 impl Claim {
-    /// Takes `role` on the bus; removes leftovers of dead processes when nobody else is on it.
-    pub(crate) fn take(name: &BusName, role: Role) -> Result<Self, BusError> {
+    /// Takes `role` on the bus; removes leftovers of dead processes when nobody else is on it. Everything
+    /// that joining makes must be made before the door is dropped.
+    pub(crate) fn take(name: &BusName, role: Role) -> Result<(Self, Door), BusError> {
         let root_dir = name.root_dir();
+        let door = Door::pass(&root_dir, true)?;
+        let roster = Arc::new(Roster::open(&root_dir)?);
         let path = lock_path(&root_dir, role);
+        let mut locked = open_lock_file(&path)?;
         let begin = Instant::now();
-        let mut locked = loop {
-            if let Some(file) = try_claim(&root_dir, &path)? {
-                break file;
+        while let Err(refused) = locked.try_lock() {
+            if let TryLockError::Error(source) = refused {
+                return Err(file_error("locking", &path, source));
             }
             if begin.elapsed() > CLAIM_PATIENCE {
                 let process = std::fs::read_to_string(&path).unwrap_or_default();
                 let process = if process.is_empty() { "?".to_owned() } else { process };
                 return Err(BusError::NameInUse { name: name.to_string(), role, process });
             }
-            std::thread::sleep(CLAIM_PAUSE);
-        };
+            std::thread::sleep(PAUSE);
+        }
         // The number is only for the message to who finds the role taken.
         let written = locked.set_len(0).and_then(|()| write!(locked, "{}", std::process::id()));
         written.map_err(|source| file_error("writing", &path, source))?;
-        let roster = Arc::new(Roster::open(&root_dir)?);
         if let Some(_others) = lock_all(&roster, Some(role)) {
             wipe(name)?;
         }
-        Ok(Claim { name: name.clone(), role, roster, _locked: locked })
+        Ok((Claim { name: name.clone(), roster, locked }, door))
     }
 
     /// Who else is there.
@@ -93,10 +98,17 @@ impl Claim {
 
 impl Drop for Claim {
     fn drop(&mut self) {
-        if let Some(_others) = lock_all(&self.roster, Some(self.role))
-            && let Err(error) = wipe(&self.name).and_then(|()| remove_root_dir(&self.name))
-        {
-            tracing::warn!("leftovers of bus {} stay: {error}", self.name);
+        // The claim keeps the directory at its place, so the door is still the right one.
+        let cleaned = Door::pass(&self.name.root_dir(), false).and_then(|_door| {
+            let _ = self.locked.unlock();
+            if let Some(_all) = lock_all(&self.roster, None) {
+                wipe(&self.name)?;
+                remove_root_dir(&self.name)?;
+            }
+            Ok(())
+        });
+        if let Err(error) = cleaned {
+            tracing::warn!("leftovers of bus {} may stay: {error}", self.name);
         }
     }
 }
@@ -111,22 +123,56 @@ pub(crate) fn clean_up(name: &BusName) -> Result<bool, BusError> {
     if !root_dir.exists() {
         return Ok(true);
     }
-    let roster = match Roster::open(&root_dir) {
-        Ok(roster) => roster,
-        // The last process removed the directory in between.
+    let opened = Door::pass(&root_dir, false).and_then(|door| Ok((door, Roster::open(&root_dir)?)));
+    let (_door, roster) = match opened {
+        // The last process has removed the directory in between.
         Err(BusError::File { source, .. }) if source.kind() == ErrorKind::NotFound => return Ok(true),
-        Err(error) => return Err(error),
+        opened => opened?,
     };
     let Some(_all) = lock_all(&roster, None) else { return Ok(false) };
-    // A lock on a file that is no longer at its place protects nothing.
-    for role in ROLES {
-        if !is_at(&roster.0[role_index(role)], &lock_path(&root_dir, role)) {
-            return Ok(!root_dir.exists());
-        }
-    }
     wipe(name)?;
     remove_root_dir(name)?;
     Ok(true)
+}
+
+/// The lock that lets one process at a time join, leave or clean up. So who joins an empty bus knows that
+/// whatever is there was left by the dead, and of two that leave at the same moment one is the last.
+#[derive(Debug)]
+pub(crate) struct Door(File);
+
+impl Door {
+    /// Waits for the door. With `make`, the bus's directory is made if it is not there.
+    fn pass(root_dir: &Path, make: bool) -> Result<Door, BusError> {
+        let path = root_dir.join("door.lock");
+        let begin = Instant::now();
+        loop {
+            if make {
+                make_root_dir(root_dir)?;
+            }
+            match open_lock_file(&path) {
+                // The last process that leaves removes the directory.
+                Err(BusError::File { source, .. }) if make && source.kind() == ErrorKind::NotFound => {}
+                opened => {
+                    let file = opened?;
+                    match file.try_lock() {
+                        // A lock on a file that is no longer at its place protects nothing.
+                        Ok(()) if is_at(&file, &path) => return Ok(Door(file)),
+                        Ok(()) => {}
+                        Err(TryLockError::WouldBlock) if begin.elapsed() < DOOR_PATIENCE => {}
+                        Err(refused) => return Err(file_error("locking", &path, refused.into())),
+                    }
+                }
+            }
+            std::thread::sleep(PAUSE);
+        }
+    }
+}
+
+impl Drop for Door {
+    fn drop(&mut self) {
+        // It is freed with the file at the latest.
+        let _ = self.0.unlock();
+    }
 }
 
 /// Locks on roles; freed when dropped.
@@ -165,23 +211,14 @@ fn open_lock_file(path: &Path) -> Result<File, BusError> {
         .map_err(|source| file_error("opening", path, source))
 }
 
-/// One try to lock the role's file; `None` when it is held, or was removed at this moment.
-fn try_claim(root_dir: &Path, path: &Path) -> Result<Option<File>, BusError> {
-    // Only the owner may enter: whatever lies below is private, whatever its own mode is.
+/// Makes the directory of a bus. Only its owner may enter: whatever lies below is private, whatever its own
+/// mode is.
+fn make_root_dir(root_dir: &Path) -> Result<(), BusError> {
     match DirBuilder::new().mode(0o700).create(root_dir) {
         Err(source) if source.kind() != ErrorKind::AlreadyExists => {
-            return Err(file_error("creating", root_dir, source));
+            Err(file_error("creating", root_dir, source))
         }
-        _ => {}
-    }
-    let file = match open_lock_file(path) {
-        Err(BusError::File { source, .. }) if source.kind() == ErrorKind::NotFound => return Ok(None),
-        opened => opened?,
-    };
-    match file.try_lock() {
-        Ok(()) => Ok(is_at(&file, path).then_some(file)),
-        Err(TryLockError::WouldBlock) => Ok(None),
-        Err(TryLockError::Error(source)) => Err(file_error("locking", path, source)),
+        _ => Ok(()),
     }
 }
 
@@ -223,9 +260,9 @@ fn remove_entries(directory: &Path, chosen: impl Fn(&str) -> bool) -> Result<(),
     Ok(())
 }
 
-/// Removes the bus's directory with the lock files. All roles are locked.
+/// Removes the bus's directory with the lock files. All roles and the door are locked.
 ///
-/// It is moved away first: whoever joins at this moment finds either the locked files or no directory, and
+/// It is moved away first: whoever joins at this moment finds either the locked door or no directory, and
 /// never has a new lock file removed from under it.
 fn remove_root_dir(name: &BusName) -> Result<(), BusError> {
     static COUNTER: AtomicU32 = AtomicU32::new(0);
@@ -248,20 +285,40 @@ mod tests {
     #[test]
     fn a_role_is_held_once_and_free_after() {
         let name = BusName::unique();
-        let claim = Claim::take(&name, Role::Recorder).unwrap();
+        let (claim, _) = Claim::take(&name, Role::Recorder).unwrap();
         let error = Claim::take(&name, Role::Recorder).unwrap_err().to_string();
         let process = std::process::id().to_string();
         for word in [name.as_str(), "in use", "recorder", &process] {
             assert!(error.contains(word), "{error}");
         }
         assert!(claim.roster().alive(Role::Recorder) && !claim.roster().alive(Role::Simulator));
-        let other = Claim::take(&name, Role::Simulator).unwrap();
+        let (other, _) = Claim::take(&name, Role::Simulator).unwrap();
         assert!(claim.roster().alive(Role::Simulator));
         drop(claim);
         assert!(!other.roster().alive(Role::Recorder));
         assert!(name.root_dir().exists());
         drop(other);
         assert!(!name.root_dir().exists());
+    }
+
+    /// The last two to leave may do it at the same moment.
+    #[test]
+    fn who_leaves_last_cleans_up_whoever_it_is() {
+        for _ in 0..100 {
+            let name = BusName::unique();
+            let both = Arc::new(std::sync::Barrier::new(2));
+            let leave = |role| {
+                let ((claim, _), both) = (Claim::take(&name, role).unwrap(), Arc::clone(&both));
+                std::thread::spawn(move || {
+                    both.wait();
+                    drop(claim);
+                })
+            };
+            for thread in [leave(Role::Simulator), leave(Role::Recorder)] {
+                thread.join().unwrap();
+            }
+            assert!(!name.root_dir().exists());
+        }
     }
 
     #[test]
@@ -271,11 +328,11 @@ mod tests {
         std::fs::create_dir(name.root_dir()).unwrap();
         std::fs::write(name.root_dir().join("left"), "").unwrap();
         std::fs::write(&shared, "").unwrap();
-        let claim = Claim::take(&name, Role::Renderer).unwrap();
+        let (claim, _) = Claim::take(&name, Role::Renderer).unwrap();
         assert!(!shared.exists() && !name.root_dir().join("left").exists());
         std::fs::write(&shared, "").unwrap();
         assert!(!clean_up(&name).unwrap());
-        let other = Claim::take(&name, Role::Simulator).unwrap();
+        let (other, _) = Claim::take(&name, Role::Simulator).unwrap();
         drop(other);
         assert!(shared.exists(), "removed under a living process");
         drop(claim);

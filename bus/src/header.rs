@@ -23,17 +23,21 @@ pub(crate) fn role_index(role: Role) -> usize {
     }
 }
 
-/// The event with which `role` answers a hello of handshake `round` on `topic`.
+/// The number of a topic in event ids.
 ///
 /// # Panics
 /// If the topic is not in the manifest [`TOPICS`].
-pub(crate) fn answer_event(topic: &Topic, role: Role, round: u64) -> usize {
-    let topic_index = TOPICS
+pub(crate) fn topic_index(topic: &Topic) -> usize {
+    TOPICS
         .iter()
         .position(|entry| entry.name == topic.name)
-        .unwrap_or_else(|| panic!("topic {:?} is not in schemas::topics::TOPICS", topic.name));
+        .unwrap_or_else(|| panic!("topic {:?} is not in schemas::topics::TOPICS", topic.name))
+}
+
+/// The event with which `role` answers a hello of handshake `round` on `topic`.
+pub(crate) fn answer_event(topic: &Topic, role: Role, round: u64) -> usize {
     let round_index = (round % ROUNDS as u64) as usize;
-    1 + (round_index * TOPICS.len() + topic_index) * ROLES.len() + role_index(role)
+    1 + (round_index * TOPICS.len() + topic_index(topic)) * ROLES.len() + role_index(role)
 }
 
 /// The publisher asks "are you connected?"; `sequence` is the handshake round.

@@ -1,6 +1,6 @@
 //! The sending side of a topic.
 
-use crate::bus::{ATTEMPTS, Shared, TopicService, attempt};
+use crate::bus::{ATTEMPTS, Shared, attempt};
 use crate::claim::Roster;
 use crate::header::*;
 use crate::{Bus, BusError};
@@ -25,7 +25,6 @@ const STOP_PATIENCE: Duration = Duration::from_millis(500);
 pub struct Publisher {
     /// `None` while it has to be made anew.
     port: Option<Port>,
-    service: TopicService,
     topic: &'static Topic,
     subscribers: Vec<Role>,
     message_bytes: usize,
@@ -88,7 +87,6 @@ impl Publisher {
             );
         }
         check_shared_memory(topic, message_bytes)?;
-        let service = shared.topic_service(topic)?;
         let stage = Stage::Connecting { round: 0, greeted: Vec::new(), answered: Vec::new() };
         let pressure = Arc::new(Pressure {
             roster: Arc::clone(&shared.roster),
@@ -96,17 +94,7 @@ impl Publisher {
             subscribers: subscribers.clone(),
             ports: Mutex::default(),
         });
-        Ok(Publisher {
-            port: None,
-            service,
-            topic,
-            subscribers,
-            message_bytes,
-            stage,
-            sequence: 0,
-            pressure,
-            shared,
-        })
+        Ok(Publisher { port: None, topic, subscribers, message_bytes, stage, sequence: 0, pressure, shared })
     }
 
     /// One round of the handshake; returns who is still missing.
@@ -167,7 +155,8 @@ impl Publisher {
     fn make_port(&self) -> Result<Port, BusError> {
         attempt(|| {
             let pressure = Arc::clone(&self.pressure);
-            self.service
+            self.shared
+                .topic_service(self.topic)
                 .publisher_builder()
                 .initial_max_slice_len(self.message_bytes)
                 .max_loaned_samples(1)
@@ -182,7 +171,7 @@ impl Publisher {
     /// The ports of the expected subscribers, ordered by role.
     fn subscriber_ports(&self) -> Vec<(Role, u128)> {
         let mut ports = Vec::new();
-        self.service.dynamic_config().list_subscribers(|details| {
+        self.shared.topic_service(self.topic).dynamic_config().list_subscribers(|details| {
             let role =
                 ROLES.into_iter().find(|role| role.name().as_bytes() == details.subscriber_name.as_bytes());
             ports.extend(role.map(|role| (role, details.subscriber_id.value())));

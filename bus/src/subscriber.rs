@@ -1,6 +1,6 @@
 //! The receiving side of a topic.
 
-use crate::bus::{Shared, TopicService, attempt};
+use crate::bus::{Shared, attempt};
 use crate::header::*;
 use crate::{Bus, BusError};
 use iceoryx2::identifiers::UniquePublisherId;
@@ -42,7 +42,6 @@ pub enum Received {
 pub struct Subscriber {
     /// `None` while it has to be made anew.
     port: Option<Port>,
-    service: TopicService,
     topic: &'static Topic,
     /// Who said hello last.
     origin: Option<UniquePublisherId>,
@@ -73,10 +72,8 @@ impl Subscriber {
     pub fn open(bus: &Bus, topic: &'static Topic) -> Result<Subscriber, BusError> {
         let shared = Rc::clone(&bus.0);
         assert!(topic.subscribers.contains(&shared.role), "topic {}: {:?}", topic.name, shared.role);
-        let service = shared.topic_service(topic)?;
         let mut subscriber = Subscriber {
             port: None,
-            service,
             topic,
             origin: None,
             stage: Stage::Connecting,
@@ -93,9 +90,11 @@ impl Subscriber {
         self.port = None;
         let name = PortName::new(self.shared.role.name())
             .map_err(|reason| BusError::transport("naming a port", reason))?;
-        let port = attempt(|| self.service.subscriber_builder().name(&name).create()).map_err(|reason| {
-            BusError::transport(format!("subscribing to topic {}", self.topic.name), reason)
-        })?;
+        let port =
+            attempt(|| self.shared.topic_service(self.topic).subscriber_builder().name(&name).create())
+                .map_err(|reason| {
+                    BusError::transport(format!("subscribing to topic {}", self.topic.name), reason)
+                })?;
         self.port = Some(port);
         self.shared.notify(self.topic.publisher, EVENT_LOOK)
     }
@@ -139,7 +138,7 @@ impl Subscriber {
 
     fn publisher_present(&self) -> bool {
         self.shared.roster.alive(self.topic.publisher)
-            && self.service.dynamic_config().number_of_publishers() > 0
+            && self.shared.topic_service(self.topic).dynamic_config().number_of_publishers() > 0
     }
 
     fn publisher_lost(&self) -> BusError {
