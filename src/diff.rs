@@ -20,13 +20,11 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Outcome {
     let (a, b) = (log_file::open(&arguments.a)?, log_file::open(&arguments.b)?);
-    let diff = recorder::diff(&a, &b).map_err(log_file::failure)?;
+    let diff = recorder::diff(&a, &b);
     if arguments.json {
         print_json(&diff)?;
     } else {
         print(&diff.to_string())?;
     }
-    log_file::refuse_damage(&a)?;
-    log_file::refuse_damage(&b)?;
-    Ok(if diff.same() { Exit::Done } else { Exit::Differs })
+    Ok(Exit::from_code(diff.verdict.exit_code()))
 }

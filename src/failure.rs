@@ -16,6 +16,18 @@ pub enum Exit {
     Lost = 3,
 }
 
+impl Exit {
+    /// The exit that a process reports by its code; what is unknown is a lost process.
+    pub fn from_code(code: u8) -> Exit {
+        match code {
+            0 => Exit::Done,
+            1 => Exit::Differs,
+            2 => Exit::Input,
+            _ => Exit::Lost,
+        }
+    }
+}
+
 /// Why a verb did not do what it was asked to.
 #[derive(Debug)]
 pub struct Failure {

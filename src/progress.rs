@@ -87,6 +87,15 @@ impl Meter {
         }
     }
 
+    /// Says something to a person; a parent that draws has its own words.
+    pub fn say(&self, text: &str) {
+        match &self.kind {
+            Kind::Lines => {}
+            Kind::Bar(bar) => bar.suspend(|| eprintln!("{text}")),
+            Kind::Plain { .. } => eprintln!("{text}"),
+        }
+    }
+
     /// Leaves the bar as it stands.
     pub fn finish(&self) {
         if let Kind::Bar(bar) = &self.kind {

@@ -43,10 +43,10 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let folder = output::make(Some(&arguments.out), "", arguments.force)?;
     let start = Instant::now();
     let bus = BusName::unique();
-    let threads = arguments.threads.map(|threads| ["--threads".to_owned(), threads.to_string()]);
+    let threads = run::threads_arguments(arguments.threads);
     let mut player: Vec<OsString> =
         vec!["replay".into(), arguments.log.clone().into(), "--as-fast-as-possible".into()];
     player.extend(arguments.set.iter().flat_map(|set| ["--set".into(), set.into()]));
-    let parts = run::parts(&bus, player, &folder.join("log.mcap"), threads, false);
+    let parts = run::parts(&bus, player, &folder.join("log.mcap"), &threads, false);
     run::finish(&folder, run::supervise_on(&bus, parts), start, arguments.json)
 }

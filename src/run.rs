@@ -63,13 +63,19 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let no_render = arguments.no_render || !cfg!(feature = "render");
     let start = Instant::now();
     let bus = BusName::unique();
-    let threads = arguments.threads.map(|threads| ["--threads".to_owned(), threads.to_string()]);
+    let threads = threads_arguments(arguments.threads);
     let mut simulator: Vec<OsString> = vec!["sim".into(), arguments.scene.clone().into()];
     simulator.extend(arguments.set.iter().flat_map(|set| ["--set".into(), set.into()]));
     simulator.extend(arguments.seed.iter().flat_map(|seed| ["--seed".into(), seed.to_string().into()]));
+    simulator.extend(threads.iter().cloned());
     let log = folder.join("log.mcap");
-    let parts = parts(&bus, simulator, &log, threads, no_render);
+    let parts = parts(&bus, simulator, &log, &threads, no_render);
     finish(&folder, supervise_on(&bus, parts), start, arguments.json)
+}
+
+/// `--threads N`, if the user said how many.
+pub fn threads_arguments(threads: Option<usize>) -> Vec<OsString> {
+    threads.iter().flat_map(|threads| ["--threads".into(), threads.to_string().into()]).collect()
 }
 
 /// The three processes of a run (two without a renderer), whoever plays the simulator.
@@ -77,13 +83,12 @@ pub fn parts(
     bus: &BusName,
     mut simulator: Vec<OsString>,
     log: &Path,
-    threads: Option<[String; 2]>,
+    threads: &[OsString],
     no_render: bool,
 ) -> Vec<Part> {
     let on_bus = ["--bus".to_owned(), bus.to_string()].map(OsString::from);
-    let threads: Vec<OsString> = threads.into_iter().flatten().map(OsString::from).collect();
     let without: Vec<OsString> = if no_render { vec!["--no-render".into()] } else { Vec::new() };
-    simulator.extend(on_bus.iter().chain(&threads).chain(&without).cloned());
+    simulator.extend(on_bus.iter().chain(&without).cloned());
     let mut recorder: Vec<OsString> = vec!["record".into(), "--out".into(), log.into(), "--force".into()];
     recorder.extend(on_bus.iter().chain(&without).cloned());
     let mut parts = vec![
@@ -92,7 +97,7 @@ pub fn parts(
     ];
     if !no_render {
         let mut renderer: Vec<OsString> = vec!["render".into()];
-        renderer.extend(on_bus.iter().chain(&threads).cloned());
+        renderer.extend(on_bus.iter().chain(threads).cloned());
         parts.insert(1, Part { role: Role::Renderer, unit: "frames", arguments: renderer });
     }
     parts
