@@ -106,7 +106,10 @@ impl Publisher {
                 answered.push(*role);
             }
         }
-        if *greeted == present && answered.len() == self.subscribers.len() {
+        if *greeted != present {
+            // Somebody came or went since the hello: the answers so far are void.
+            answered.clear();
+        } else if answered.len() == self.subscribers.len() {
             self.stage = Stage::Open;
             self.deliver(KIND_START, 0, 0, &[])?;
             return Ok(Vec::new());
@@ -114,11 +117,10 @@ impl Publisher {
         let roles: Vec<Role> = present.iter().map(|(role, _)| *role).collect();
         let all_there = roles == self.subscribers && roles.iter().all(|role| self.shared.roster.alive(*role));
         if *greeted != present && all_there {
-            // Subscribers came or went: all answers so far are void, and everyone is asked again.
+            // Everyone is asked again, as an old answer does not show that a new connection works.
             *round += 1;
             self.pressure.await_only(present.iter().map(|(_, port)| *port).collect());
             *greeted = present;
-            answered.clear();
             let round = *round;
             for role in &self.subscribers {
                 self.shared.take_answer(answer_event(self.topic, *role, round));
