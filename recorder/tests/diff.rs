@@ -160,12 +160,14 @@ proptest! {
 fn alter_in_file(log: &[u8], step: u64, mend_crc: bool, alter: impl Fn(&mut [u8])) -> Vec<u8> {
     let mut bytes = log.to_vec();
     let state = open("a", bytes.clone()).nth(Kind::State, step as usize).expect("a state").bytes.into_owned();
-    let at = bytes.windows(state.len()).position(|window| window == state).expect("the state lies in the file");
+    let at =
+        bytes.windows(state.len()).position(|window| window == state).expect("the state lies in the file");
     alter(&mut bytes[at..at + state.len()]);
     if mend_crc {
         let mut offset = 8;
         while offset < at {
-            let length = u64::from_le_bytes(bytes[offset + 1..offset + 9].try_into().expect("8 bytes")) as usize;
+            let length =
+                u64::from_le_bytes(bytes[offset + 1..offset + 9].try_into().expect("8 bytes")) as usize;
             let end = offset + 9 + length;
             if bytes[offset] == 6 && end > at {
                 // A chunk's body: two times, size, CRC, an empty text, size, records.
@@ -344,7 +346,8 @@ fn a_film_that_differs_below_8_bits_is_told_so() {
 
 #[test]
 fn pictures_that_are_none_are_damage() {
-    let found = compare(RUN.log_bytes(), with_pictures(|frame| (frame == 2).then(|| b"not a picture".to_vec())));
+    let found =
+        compare(RUN.log_bytes(), with_pictures(|frame| (frame == 2).then(|| b"not a picture".to_vec())));
     assert_eq!(found.verdict, Verdict::Damaged);
     assert!(found.notes[0].contains("the picture of frame 2 cannot be read"), "{found}");
 }

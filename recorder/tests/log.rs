@@ -42,6 +42,9 @@ fn typed_reading() {
         let state = log.state(step).expect("whole");
         assert_eq!(state.is_some(), run.scene().state_is_recorded(step), "step {step}");
         assert_eq!(state.as_ref(), states.iter().find(|state| state.header.step == step));
+        let message = log.state_message(step).expect("whole");
+        assert_eq!(message.is_some(), state.is_some());
+        assert_eq!(log.step_message(step).expect("whole").log_time_ns, step * 10_000_000);
         if let Some(state) = state {
             assert_eq!(state.bodies, sample::bodies(step, run.rings));
         }
