@@ -4,8 +4,8 @@ use crate::container::{
     ChannelRecord, Chunk, Damage, FOOTER_BYTES, Fields, MAGIC, MessageRecord, RECORD_HEAD_BYTES,
     message_counts, op, record_at,
 };
+use crate::fault::LogProblem;
 use crate::message::{Kind, Message};
-use crate::reader::LogProblem;
 use schemas::state;
 
 /// Where one message lies.

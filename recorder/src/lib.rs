@@ -12,17 +12,20 @@
 pub mod check;
 mod container;
 pub mod diff;
+mod fault;
 mod index;
 pub mod message;
 pub mod node;
 pub mod order;
 pub mod reader;
 pub mod summary;
+mod target;
 pub mod writer;
 
 pub use diff::{Diff, diff};
+pub use fault::{Health, LogError, LogProblem};
 pub use message::{Kind, Message};
 pub use order::Sequencer;
-pub use reader::{Health, Log, LogError, LogProblem};
+pub use reader::Log;
 pub use summary::Summary;
 pub use writer::{LogWriter, WriteError, Written};

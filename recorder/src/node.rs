@@ -1,18 +1,19 @@
 //! The recorder process: takes the messages of a run off the bus and writes them. The only file that knows
-//! the bus, the clock and the file system.
+//! the bus and the clock.
 
 use crate::check::Counts;
 use crate::message::{Kind, Message};
 use crate::order::{OrderError, Sequencer};
+use crate::target::{Refusal, Target};
 use crate::writer::{LogWriter, WriteError, Written};
 use bus::{Bus, BusError, BusName, Received, Subscriber};
 use schemas::end::{End, Outcome};
 use schemas::scene::SceneRecord;
 use schemas::topics::{Role, TOPICS, Topic};
 use schemas::wire;
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io::{self, BufWriter};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -177,7 +178,12 @@ pub fn record(
     stop: Arc<AtomicBool>,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Recorded, RecordError> {
-    let target = Target::open(options)?;
+    let path = options.out.clone();
+    let target = match Target::open(&path, options.force) {
+        Ok(target) => target,
+        Err(Refusal::Exists) => return Err(RecordError::Exists { path }),
+        Err(Refusal::Io(source)) => return Err(RecordError::Create { path, source }),
+    };
     let mut inlets = Vec::new();
     let connected = Bus::join(&options.bus, Role::Recorder, Arc::clone(&stop)).and_then(|bus| {
         inlets = open_inlets(&bus, !options.no_render)?;
@@ -194,7 +200,7 @@ pub fn record(
             return Err(error.into());
         }
     };
-    let mut recording = Recording::start(target, !options.no_render)?;
+    let mut recording = Recording::start(path, target, !options.no_render)?;
     let ended = recording.receive_all(&bus, &mut inlets, &stop, progress);
     recording.conclude(ended)
 }
@@ -232,45 +238,6 @@ enum Cause {
     Stopped,
 }
 
-/// The log file, not yet begun.
-struct Target {
-    path: PathBuf,
-    file: File,
-    is_new: bool,
-    /// Pipes and devices can neither be cut to length nor synced.
-    is_regular: bool,
-}
-
-impl Target {
-    /// Opens the file without touching what is in it, so that a bad path shows before anything starts.
-    fn open(options: &RecordOptions) -> Result<Target, RecordError> {
-        let path = options.out.clone();
-        let create = |path: &Path| OpenOptions::new().write(true).create_new(true).open(path);
-        let (opened, is_new) = match create(&path) {
-            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
-                if !options.force {
-                    return Err(RecordError::Exists { path });
-                }
-                (OpenOptions::new().write(true).open(&path), false)
-            }
-            opened => (opened, true),
-        };
-        let measured = opened.and_then(|file| Ok((file.metadata()?.is_file(), file)));
-        match measured {
-            Ok((is_regular, file)) => Ok(Target { path, file, is_new, is_regular }),
-            Err(source) => Err(RecordError::Create { path, source }),
-        }
-    }
-
-    /// Leaves everything as it was before.
-    fn abandon(self) {
-        if self.is_new {
-            // If it cannot be removed, an empty file stays behind; there is a better error to report.
-            let _ = std::fs::remove_file(&self.path);
-        }
-    }
-}
-
 /// A log that is being written.
 struct Recording {
     path: PathBuf,
@@ -285,14 +252,9 @@ struct Recording {
 }
 
 impl Recording {
-    fn start(target: Target, renderer: bool) -> Result<Recording, RecordError> {
-        let Target { path, file, is_regular, .. } = target;
+    fn start(path: PathBuf, target: Target, renderer: bool) -> Result<Recording, RecordError> {
         let begin = || -> Result<_, WriteError> {
-            let mut handle = None;
-            if is_regular {
-                file.set_len(0)?;
-                handle = Some(file.try_clone()?);
-            }
+            let (file, handle) = target.begin()?;
             Ok((handle, LogWriter::create(BufWriter::with_capacity(BUFFER_BYTES, file), renderer)?))
         };
         match begin() {
@@ -336,7 +298,7 @@ impl Recording {
             let step = self.writer.counts().step_records.saturating_sub(1);
             if received {
                 progress(Progress::Recording { step, step_count: self.step_count, frames });
-                self.sync_if_due(false).map_err(Cause::Write)?;
+                self.sync_if_due().map_err(Cause::Write)?;
             }
             if inlets.iter().all(|inlet| inlet.is_over) {
                 return lost.map_or(Ok(()), |error| Err(Cause::Bus(error)));
@@ -402,11 +364,11 @@ impl Recording {
         Ok(())
     }
 
-    fn sync_if_due(&mut self, now: bool) -> Result<(), WriteError> {
+    fn sync_if_due(&mut self) -> Result<(), WriteError> {
         let bytes = self.writer.counts().state_bytes;
         let is_due = self.synced_at.elapsed() >= SYNC_EVERY || bytes - self.synced_bytes >= SYNC_BYTES;
         if let Some(file) = &self.file
-            && (now || is_due)
+            && is_due
         {
             file.sync_data()?;
             self.synced_at = Instant::now();

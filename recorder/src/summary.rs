@@ -1,8 +1,9 @@
 //! What is in a log, in a page: for `info`, and for the end of a run.
 
 use crate::check::Counts;
+use crate::fault::{Health, LogError};
 use crate::message::{Kind, Message};
-use crate::reader::{Health, Log, LogError, LogProblem};
+use crate::reader::Log;
 use schemas::Hash;
 use schemas::end::Outcome;
 use schemas::scene::Scene;
@@ -95,13 +96,9 @@ impl Summary {
         let mut sums = Sums::default();
         let (mut counts, mut frames_missing) = (Counts::default(), 0);
         let checked = log.check(&mut |message, step| sums.add(message, step, &mut counts));
-        let health = match &checked {
-            Ok(checker) => {
-                frames_missing = checker.frames_missing();
-                log.health()
-            }
-            Err(error) => health_of(log, error),
-        };
+        if let Ok(checker) = &checked {
+            frames_missing = checker.frames_missing();
+        }
         Ok(Summary {
             file: log.file().to_owned(),
             program: record.program,
@@ -126,19 +123,8 @@ impl Summary {
             gap_min_m: sums.gap_min_m,
             file_bytes: log.file_bytes(),
             chained_hash: sums.chained_hash,
-            health,
+            health: log.health(),
         })
-    }
-}
-
-/// What a failed check says about the log as a whole.
-fn health_of(log: &Log, error: &LogError) -> Health {
-    match (log.health(), &error.problem) {
-        (Health::Complete, LogProblem::Damaged { offset, what }) => {
-            Health::Damaged { offset: *offset, what: what.clone() }
-        }
-        (Health::Complete, problem) => Health::Inconsistent { what: problem.to_string() },
-        (health, _) => health,
     }
 }
 

@@ -385,8 +385,11 @@ fn the_summary_of_a_damaged_log_says_so() {
     assert!(matches!(cut.health, Health::Truncated { .. }), "{}", cut.health);
     assert!(cut.steps > 3 && cut.steps < 20 && cut.outcome.is_none());
     let flipped = alter_in_file(&bytes, 9, false, |state| state[70] ^= 1);
-    let flipped = Summary::of(&open("flipped", flipped)).expect("a summary");
+    let log = open("flipped", flipped);
+    assert_eq!(log.health(), Health::Complete, "its index is whole");
+    let flipped = Summary::of(&log).expect("a summary");
     assert!(matches!(flipped.health, Health::Damaged { .. }), "{}", flipped.health);
+    assert_eq!(log.health(), flipped.health, "what was found is known from then on");
     assert!(flipped.steps < 9 && flipped.to_string().contains("offset"));
     let mended = alter_in_file(&bytes, 9, true, |state| state[70] ^= 1);
     let mended = Summary::of(&open("mended", mended)).expect("a summary");

@@ -13,8 +13,9 @@ pub use frames::{FirstFrame, FrameDifference, PixelError};
 pub use keys::KeyDifference;
 pub use states::{FieldDifference, Growth, StateDifference};
 
+use crate::fault::Health;
 use crate::message::{Kind, Message};
-use crate::reader::{Health, Log};
+use crate::reader::Log;
 use schemas::end::End;
 use schemas::scene::SceneRecord;
 use schemas::step::StepRecord;
