@@ -284,6 +284,22 @@ impl Model {
         !(self.bodies[a as usize].pinned && self.bodies[b as usize].pinned)
     }
 
+    /// Whether a pair is a candidate: the bounding spheres overlap, or one of them a half-space.
+    #[inline]
+    pub(crate) fn near(&self, circles: &[Circle], a: u32, b: u32) -> bool {
+        let (a, b) = (a as usize, b as usize);
+        match self.bodies.get(b) {
+            Some(body_b) => {
+                let reach = self.bodies[a].bounding_radius + body_b.bounding_radius;
+                (circles[a].centre - circles[b].centre).norm_squared() < reach * reach
+            }
+            None => {
+                let plane = &self.planes[b - self.bodies.len()];
+                plane.normal.dot(&circles[a].centre) - plane.offset < self.bodies[a].bounding_radius
+            }
+        }
+    }
+
     /// The two bodies of a pair, the one that carries the contact arc first: a ring before a sphere, the
     /// smaller major radius, then the lower number.
     pub(crate) fn ordered(&self, a: u32, b: u32) -> (u32, u32) {

@@ -237,8 +237,7 @@ pub fn run(
     if let Some(seed) = options.seed {
         scene.seed = seed;
     }
-    let (model, plan) =
-        Model::compile(&scene).map_err(|source| NodeError::Model { path: path(), source })?;
+    let (model, plan) = Model::compile(&scene).map_err(|source| NodeError::Model { path: path(), source })?;
     let message = scene_message(scene.clone(), plan);
     let bytes = MessageBytes { scene: message.len(), state: state_bytes(&model) };
     let mut taking_part = Vec::new();

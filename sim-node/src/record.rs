@@ -162,7 +162,10 @@ pub fn audit(model: &Model, state: &State) -> Audit {
     let mut neighbours = crate::neighbours::Neighbours::default();
     neighbours.update(model, &circles);
     let mut gap_min_m: Option<f64> = None;
-    for &(a, b) in neighbours.pairs() {
+    // The list holds pairs that are a little farther apart than candidates; they are left out, so that the
+    // audit is of the candidates alone.
+    let candidates = neighbours.pairs().iter().filter(|&&(a, b)| model.near(&circles, a, b));
+    for &(a, b) in candidates {
         let gap = gap(model, &circles, a, b);
         if gap_min_m.is_none_or(|smallest| gap < smallest) {
             gap_min_m = Some(gap + 0.0);

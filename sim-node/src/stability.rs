@@ -14,8 +14,8 @@
 //! A contact acts on body `i` through its centre and a lever of at most `R`, so it moves it by at most
 //! `w_i = 1/m + R^2/I1` per unit of impulse. For all contacts together, by Cauchy's inequality for each
 //! contact and Gershgorin's for the sum, no mode is faster than `omega^2 = max over i of sum K (w_i + w_j)`
-//! over the contacts of `i`. The contacts counted are the links at the start, and one with each sphere
-//! and plane that a body could meet.
+//! over the contacts of `i`. The contacts counted are the links at the start (one with another ring of its
+//! kind for a ring without), and one with each sphere and plane that a body could meet.
 //!
 //! # From the mode to the step
 //! `verlet`: `omega h < 2` (the eigenvalue -1 of the step's matrix). Damping is implicit and sets no bound,
@@ -137,18 +137,26 @@ fn larger(a: f64, b: f64) -> f64 {
 fn contacts(model: &Model) -> Vec<Stiffness> {
     let mut sums = vec![Stiffness::default(); model.body_count()];
     for &(a, b) in model.linked_pairs() {
-        let stiffness = link(model, a, b).stiffness();
+        let stiffness = crossing(model, a, b).stiffness();
         sums[a as usize].add(&stiffness);
         sums[b as usize].add(&stiffness);
     }
     let rings = model.ring_count();
+    if rings > 1 {
+        for (loose, sum) in sums.iter_mut().enumerate().take(rings) {
+            // A ring without links may meet another one like itself.
+            if sum.spring == 0.0 {
+                *sum = crossing(model, loose as u32, loose as u32).stiffness();
+            }
+        }
+    }
     let obstacles = rings..model.body_count() + model.planes().len();
     // Of the rings that a sphere may meet, the stiffest counts: it may sit in one.
     let mut in_ring = vec![Stiffness::default(); model.body_count()];
-    for index in 0..model.body_count() {
+    for (index, sum) in sums.iter_mut().enumerate() {
         for other in obstacles.clone().filter(|&other| other != index) {
             let stiffness = obstacle(model, index, other).stiffness();
-            sums[index].add(&stiffness);
+            sum.add(&stiffness);
             if index < rings && other < model.body_count() && stiffness.spring > in_ring[other].spring {
                 in_ring[other] = stiffness;
             }
@@ -158,8 +166,8 @@ fn contacts(model: &Model) -> Vec<Stiffness> {
     sums
 }
 
-/// Two linked rings, crossed.
-fn link(model: &Model, a: u32, b: u32) -> Contact<'_> {
+/// Two rings with crossed wires.
+fn crossing(model: &Model, a: u32, b: u32) -> Contact<'_> {
     let material = model.pair_material(a, b);
     let (a, b) = (&model.bodies()[a as usize], &model.bodies()[b as usize]);
     let reach = a.minor_radius + b.minor_radius;

@@ -1,0 +1,15 @@
+//! Tests of the simulator: closed forms, conservation, orders of convergence, and equal bits.
+//!
+//! Tolerances are derived beside the assertions; `cargo test -- --nocapture` prints what was measured.
+
+mod bounce;
+mod conservation;
+mod determinism;
+mod fall;
+mod friction;
+mod golden;
+mod node;
+mod refusals;
+mod sheet;
+mod support;
+mod top;
