@@ -89,35 +89,15 @@ pub enum RecordError {
     /// The bus could not be joined, or the recording was stopped before anything came.
     #[error(transparent)]
     Bus(#[from] BusError),
-    /// A process was lost; the log was finished with what had come.
-    #[error("{source}; {} was closed with {saved}", path.display())]
-    Lost {
+    /// The recording came to a bad end; the log was finished with what had come until then.
+    #[error("{cause}; {} was closed with {saved}", path.display())]
+    Ended {
         /// The file.
         path: PathBuf,
         /// What it holds.
         saved: Saved,
-        /// Who was lost.
-        source: BusError,
-    },
-    /// A message has no place in the log; the log was finished with those before it.
-    #[error("{source}; {} was closed with {saved}", path.display())]
-    Order {
-        /// The file.
-        path: PathBuf,
-        /// What it holds.
-        saved: Saved,
-        /// What is wrong.
-        source: OrderError,
-    },
-    /// A message breaks a promise of the log; the log was finished with those before it.
-    #[error("{source}; {} was closed with {saved}", path.display())]
-    Check {
-        /// The file.
-        path: PathBuf,
-        /// What it holds.
-        saved: Saved,
-        /// What is wrong.
-        source: WriteError,
+        /// Why.
+        cause: Box<Cause>,
     },
     /// The file took no more bytes: a full disk, most often. The log was not finished, but what is named can
     /// be read.
@@ -128,18 +108,25 @@ pub enum RecordError {
         /// What it holds for certain.
         saved: Saved,
         /// The system's reason.
-        source: WriteError,
+        source: io::Error,
     },
+}
+
+/// Why a recording ended before its time.
+#[derive(Debug, thiserror::Error)]
+pub enum Cause {
+    /// A process was lost.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// A message has no place in the log.
+    #[error(transparent)]
+    Order(#[from] OrderError),
+    /// A message breaks a promise of the log, or the file took no more bytes.
+    #[error(transparent)]
+    Write(#[from] WriteError),
     /// The streams ended, but something is missing.
-    #[error("{what}; {} was closed with {saved}", path.display())]
-    Incomplete {
-        /// The file.
-        path: PathBuf,
-        /// What it holds.
-        saved: Saved,
-        /// What is missing.
-        what: String,
-    },
+    #[error("{0}")]
+    Missing(String),
 }
 
 impl RecordError {
@@ -230,14 +217,6 @@ fn topic_of(kind: Kind) -> &'static Topic {
     TOPICS.iter().find(is_of_kind).expect("every channel has a topic, which a test of `message` holds")
 }
 
-/// Why receiving came to its end before all streams did.
-enum Cause {
-    Bus(BusError),
-    Order(OrderError),
-    Write(WriteError),
-    Stopped,
-}
-
 /// A log that is being written.
 struct Recording {
     path: PathBuf,
@@ -268,7 +247,7 @@ impl Recording {
                 synced_at: Instant::now(),
                 synced_bytes: 0,
             }),
-            Err(source) => Err(RecordError::Write { path, saved: Saved(Counts::default()), source }),
+            Err(error) => Err(failed(path, Saved(Counts::default()), error)),
         }
     }
 
@@ -298,10 +277,10 @@ impl Recording {
             let step = self.writer.counts().step_records.saturating_sub(1);
             if received {
                 progress(Progress::Recording { step, step_count: self.step_count, frames });
-                self.sync_if_due().map_err(Cause::Write)?;
+                self.sync_if_due()?;
             }
             if inlets.iter().all(|inlet| inlet.is_over) {
-                return lost.map_or(Ok(()), |error| Err(Cause::Bus(error)));
+                return lost.map_or(Ok(()), |error| Err(error.into()));
             }
             if deadline.is_none() && (lost.is_some() || stop.load(Ordering::Relaxed)) {
                 deadline = Some(Instant::now() + PATIENCE);
@@ -310,10 +289,11 @@ impl Recording {
                 for inlet in inlets.iter_mut() {
                     self.close(inlet)?;
                 }
-                return Err(lost.map_or(Cause::Stopped, Cause::Bus));
+                let stopped = || Cause::Missing("stopped before the simulator had ended".to_owned());
+                return Err(lost.map_or_else(stopped, Cause::Bus));
             }
             if !received {
-                bus.wait(PATIENCE).map_err(Cause::Bus)?;
+                bus.wait(PATIENCE)?;
             }
         }
     }
@@ -322,13 +302,13 @@ impl Recording {
     fn receive(&mut self, inlet: &mut Inlet) -> Result<bool, Cause> {
         let mut received = false;
         while !inlet.is_over && self.sequencer.wants(inlet.kind) {
-            match inlet.subscriber.receive().map_err(Cause::Bus)? {
+            match inlet.subscriber.receive()? {
                 Received::Nothing => break,
                 Received::End { .. } => self.close(inlet)?,
                 Received::Message(message) => {
                     self.note(inlet.kind, &message.bytes);
                     let message = Message::new(inlet.kind, message.log_time_ns, message.bytes);
-                    self.sequencer.push(message).map_err(Cause::Order)?;
+                    self.sequencer.push(message)?;
                     self.write_what_is_due()?;
                 }
             }
@@ -358,8 +338,8 @@ impl Recording {
     }
 
     fn write_what_is_due(&mut self) -> Result<(), Cause> {
-        while let Some(message) = self.sequencer.next().map_err(Cause::Order)? {
-            self.writer.write(&message).map_err(Cause::Write)?;
+        while let Some(message) = self.sequencer.next()? {
+            self.writer.write(&message)?;
         }
         Ok(())
     }
@@ -382,9 +362,13 @@ impl Recording {
         let (path, has_end, outcome) = (self.path, self.writer.has_end(), self.outcome);
         let certain = Saved(self.writer.saved());
         let pending = self.sequencer.pending_count();
-        if let Err(Cause::Write(source @ (WriteError::Io(_) | WriteError::Container(_)))) = ended {
-            return Err(RecordError::Write { path, saved: certain, source });
-        }
+        let cause = match ended {
+            Err(Cause::Write(error @ (WriteError::Io(_) | WriteError::Container(_)))) => {
+                return Err(failed(path, certain, error));
+            }
+            Err(cause) => Some(cause),
+            Ok(()) => None,
+        };
         let file = self.file;
         let finished = self.writer.finish().and_then(|(_, written)| {
             file.map_or(Ok(()), |file| file.sync_all())?;
@@ -392,28 +376,37 @@ impl Recording {
         });
         let written = match finished {
             Ok(written) => written,
-            Err(source) => return Err(RecordError::Write { path, saved: certain, source }),
+            Err(error) => return Err(failed(path, certain, error)),
         };
-        let saved = Saved(written.counts);
-        let incomplete =
-            |path, what: &str| Err(RecordError::Incomplete { path, saved, what: what.to_owned() });
-        match (ended, outcome) {
-            (Err(Cause::Bus(source)), _) => Err(RecordError::Lost { path, saved, source }),
-            (Err(Cause::Order(source)), _) => Err(RecordError::Order { path, saved, source }),
-            (Err(Cause::Write(source)), _) => Err(RecordError::Check { path, saved, source }),
-            (_, Some(outcome)) if has_end => {
-                let may_miss_frames = outcome == Outcome::Interrupted;
-                if written.frames_missing > 0 && !may_miss_frames {
-                    let what = format!("{} frames never came", written.frames_missing);
-                    return incomplete(path, &what);
-                }
-                if pending > 0 && !may_miss_frames {
-                    return incomplete(path, &format!("{pending} messages had no place in the log"));
-                }
-                Ok(Recorded { written, outcome })
+        let was_stopped = matches!(cause, Some(Cause::Missing(_)));
+        let missing = match &outcome {
+            _ if cause.is_some() && !(was_stopped && has_end) => cause,
+            None => Some(Cause::Missing("the simulator ended its topics without an end record".to_owned())),
+            // Then the renderer may have stopped before its last frames.
+            Some(Outcome::Interrupted) if has_end => None,
+            _ if written.frames_missing > 0 => {
+                Some(Cause::Missing(format!("{} frames never came", written.frames_missing)))
             }
-            (Err(Cause::Stopped), _) => incomplete(path, "stopped before the simulator had ended"),
-            _ => incomplete(path, "the simulator ended its topics without an end record"),
+            _ if pending > 0 || !has_end => {
+                Some(Cause::Missing(format!("{pending} messages had no place in the log")))
+            }
+            _ => None,
+        };
+        match (missing, outcome) {
+            (None, Some(outcome)) => Ok(Recorded { written, outcome }),
+            (cause, _) => {
+                let cause = cause.unwrap_or_else(|| Cause::Missing("nothing came".to_owned()));
+                Err(RecordError::Ended { path, saved: Saved(written.counts), cause: Box::new(cause) })
+            }
         }
     }
+}
+
+/// The error of a file that takes no more bytes.
+fn failed(path: PathBuf, saved: Saved, error: WriteError) -> RecordError {
+    let source = match error {
+        WriteError::Io(error) => error,
+        error => io::Error::other(error.to_string()),
+    };
+    RecordError::Write { path, saved, source }
 }

@@ -122,7 +122,7 @@ fn a_lost_simulator_leaves_a_finished_log() {
     // The scene, and state and record of 20 steps.
     let (error, log) = lose(Role::Simulator, 41, &folder.path().join("log.mcap"));
     let text = error.to_string();
-    assert!(matches!(error, RecordError::Lost { .. }) && error.exit_code() == 3, "{text}");
+    assert!(matches!(error, RecordError::Ended { .. }) && error.exit_code() == 3, "{text}");
     assert!(text.contains("the simulator was lost") && text.contains("20 step records, 20 states"), "{text}");
     assert_eq!((log.count(Kind::Step), log.count(Kind::Frame)), (20, 10));
     assert_eq!(log.health(), Health::Unfinished);
@@ -133,7 +133,7 @@ fn a_lost_renderer_leaves_a_finished_log() {
     let folder = tempfile::tempdir().expect("a folder");
     let (error, log) = lose(Role::Renderer, 9, &folder.path().join("log.mcap"));
     let text = error.to_string();
-    assert!(matches!(error, RecordError::Lost { .. }), "{text}");
+    assert!(matches!(error, RecordError::Ended { .. }), "{text}");
     assert!(text.contains("the renderer was lost"), "{text}");
     // The fifth frame came without its info.
     assert_eq!(log.count(Kind::Frame), 4);

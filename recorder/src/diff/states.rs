@@ -118,8 +118,8 @@ pub(super) fn growth(sides: &[Side; 2], first: u64) -> Vec<Growth> {
             for (a, b) in a.bodies.iter().zip(&b.bodies) {
                 for axis in 0..3 {
                     let apart_m = (a.position_m[axis] - b.position_m[axis]).abs();
-                    // Written so that a difference that is not a number shows.
-                    if !(apart_m <= position_max_m) {
+                    // A difference that is not a number shows, and stays.
+                    if apart_m.is_nan() || apart_m > position_max_m {
                         position_max_m = apart_m;
                     }
                 }
