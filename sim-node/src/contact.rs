@@ -7,6 +7,14 @@
 //! `n = (P - Q) / D` points from B to A, and the pressure on A is `max(0, k d (1 + z d') + c d') n` per
 //! length. Its elastic part is the exact gradient of the potential `k/2` times the integral of `d^2`.
 //!
+//! # Damping in a step of `verlet`
+//! One force has to do for the whole kick, while damping changes the very rate that it is made from. The
+//! rate taken is `d' / (1 + h/2 w C)`: what damping alone, with the coefficient `C` of the arc, leaves of it
+//! in the middle of the step. `w` is the velocity that a unit impulse gives to both surfaces at most, times
+//! the number of contacts that may act at once, so that however strong the damping is, all of them together
+//! can stop the motion and not reverse it. For a short step this is the law above; the difference is of
+//! first order in `h`. `rk4` takes the law as it is, and its bound on the step counts damping.
+//!
 //! # Where the force acts
 //! On the line through P and Q, so any point of it gives the same torques; P is used. The rate
 //! `d' = -(v_P - v_Q) . n` is the same for any point of the line too: moving a point along `n` changes its

@@ -311,8 +311,8 @@ fn simulate(
         end.step_count = state.step;
         end.chained_hash = record.chained_hash;
         progress(Progress { steps: state.step, step_count, sim_time_s: state.sim_time_s });
-        let audited = record.audit.map_or(Ok(()), |audit| check_audit(model, &state, &audit));
-        if let Err(reason) = audited {
+        let linked = record.audit.map_or(Ok(()), |audit| check_audit(model, &state, &audit));
+        if let Err(reason) = linked.and_then(|()| records.check_energy(&record)) {
             end.outcome = Outcome::Stopped(reason.to_string());
             return Ok(end);
         }

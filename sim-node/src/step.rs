@@ -40,6 +40,21 @@ pub enum Stop {
         /// Links at the start.
         links: u64,
     },
+    /// More energy is there than can be: the time step is too long for what happens.
+    #[error(
+        "step {step}: {gained_j:.3e} J of energy came from nowhere, more than {share} of all that the motion \
+         had ({scale_j:.3e} J); take a smaller time.time_step_s or a softer material"
+    )]
+    EnergyGained {
+        /// The step.
+        step: u64,
+        /// Mechanical energy and energy lost, less the energy at the start (J).
+        gained_j: f64,
+        /// The largest share of `scale_j` that is accepted.
+        share: f64,
+        /// The largest sum so far of kinetic energy, contact energy and change of gravity's (J).
+        scale_j: f64,
+    },
 }
 
 /// Advances a state by one time step.

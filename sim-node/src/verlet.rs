@@ -11,8 +11,8 @@
 //!
 //! # Kick
 //! Gravity and linear drag are solved exactly with the contact force held constant (see `body::Decay`), for
-//! rotation along each principal axis. Damping and friction are evaluated with the velocities before the
-//! kick, which makes them first order in the step.
+//! rotation along each principal axis. Friction is evaluated with the velocities before the kick; damping
+//! with a rate that damping itself has slowed (see `contact`). Both are first order in the step.
 
 use crate::body::Body;
 use crate::contact::{Velocity, Wrench};

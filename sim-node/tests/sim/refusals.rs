@@ -195,3 +195,33 @@ fn a_broken_link_is_noticed() {
     let stop = check_audit(&run.model, &run.state, &seen).unwrap_err();
     assert!(stop.to_string().contains("ring 0 and ring 1 were linked"), "{stop}");
 }
+
+#[test]
+fn an_unstable_run_is_stopped_by_its_energy() {
+    // Stiffer than the bound on the step allows, and without damping: contacts pump energy into the sheet.
+    let set = [
+        "time.time_step_s=5e-4",
+        "material.steel.line_stiffness_n_per_m2=4e5",
+        "material.steel.damping_s_per_m=0.0",
+    ];
+    let scene = Scene::parse(include_str!("../../../scenes/drop.toml"), &set.map(str::to_owned)).unwrap();
+    assert!(Model::compile(&scene).is_err());
+    let how = Compile { beyond_stability_bound: true, ..Compile::default() };
+    let (model, _) = Model::compile_as(&scene, how).unwrap();
+    let mut state = State::initial(&model);
+    let mut scratch = Scratch::new(&model, 1);
+    let mut records = Records::after(schemas::Hash::default());
+    evaluate(&model, &state, &mut scratch);
+    let mut stopped = None;
+    for _ in 0..=model.time().step_count() {
+        let record = records.record(&model, &state, &scratch);
+        if let Err(stop) = records.check_energy(&record) {
+            stopped = Some(stop);
+            break;
+        }
+        step(&model, &mut state, &mut scratch).unwrap();
+    }
+    let stopped = stopped.expect("the audit sees it");
+    println!("{stopped}");
+    assert!(matches!(stopped, Stop::EnergyGained { .. }), "{stopped}");
+}

@@ -26,6 +26,7 @@ fn survives(name: &str, text: &str, energy_share: f64) {
         if energy(&record) < lowest {
             lowest = energy(&record);
         }
+        records.check_energy(&record).unwrap();
         if let Some(audit) = record.audit {
             audits += 1;
             check_audit(&run.model, &run.state, &audit).unwrap();
