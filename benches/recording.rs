@@ -15,7 +15,8 @@ fn main() {
     for pair in 0..PAIRS {
         let alone = simulate(&format!("alone-{}-{pair}", std::process::id()), true);
         let bus = format!("recorded-{}-{pair}", std::process::id());
-        let mut recorder = start(&["record", "--bus", &bus, "--no-render", "--force", "--out", &log.to_string_lossy()]);
+        let mut recorder =
+            start(&["record", "--bus", &bus, "--no-render", "--force", "--out", &log.to_string_lossy()]);
         let recorded = simulate(&bus, false);
         assert!(recorder.wait().expect("it was started").success(), "the recorder failed");
         pairs.push((alone, recorded));

@@ -6,8 +6,10 @@ use clap::Args;
 use std::path::PathBuf;
 
 #[derive(Args)]
-#[command(after_help = "Example:\n  chainmail diff a/log.mcap b/log.mcap\n\nExit codes: 0 same, 1 different, \
-                        2 cannot be compared, 3 damaged.")]
+#[command(
+    after_help = "Example:\n  chainmail diff a/log.mcap b/log.mcap\n\nExit codes: 0 same, 1 different, \
+                        2 cannot be compared, 3 damaged."
+)]
 pub struct Arguments {
     /// One log
     a: PathBuf,

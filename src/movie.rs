@@ -2,7 +2,7 @@
 
 use muxide::api::{Muxer, MuxerBuilder, VideoCodec};
 use openh264::encoder::{
-    BitRate, Complexity, Encoder, EncoderConfig, FrameRate, FrameType, IntraFramePeriod, RateControlMode, VuiConfig,
+    Complexity, Encoder, EncoderConfig, FrameRate, FrameType, IntraFramePeriod, RateControlMode, VuiConfig,
 };
 use openh264::formats::{RgbSliceU8, YUVBuffer};
 use std::fs::File;
@@ -35,7 +35,7 @@ impl Picture {
     }
 
     /// The same picture with even sides, as 4:2:0 video needs: the last column or row is repeated.
-        fn padded_to_even(self) -> Picture {
+    fn padded_to_even(self) -> Picture {
         let (width, height) = (self.width.next_multiple_of(2), self.height.next_multiple_of(2));
         if (width, height) == (self.width, self.height) {
             return self;
@@ -62,21 +62,20 @@ pub struct Movie {
 }
 
 impl Movie {
-    /// Bits per pixel and frame: generous for pictures with a little noise.
-    const BITS_PER_PIXEL: f64 = 0.5;
-
     /// Starts a movie of pictures of the first one's size.
     ///
     /// Fails where the encoder does not take the size; the frames are there all the same.
     pub fn create(path: &Path, first: &Picture, frames_per_second: f64) -> Result<Movie, String> {
         let size = (first.width.next_multiple_of(2), first.height.next_multiple_of(2));
         if size.0 < 16 || size.1 < 16 || size.0 * size.1 > 36_864 * 256 {
-            return Err(format!("H.264 takes pictures from 16x16 up to 9.4 million pixels, not {}x{}", size.0, size.1));
+            return Err(format!(
+                "H.264 takes pictures from 16x16 up to 9.4 million pixels, not {}x{}",
+                size.0, size.1
+            ));
         }
-        let bits = Self::BITS_PER_PIXEL * (size.0 * size.1) as f64 * frames_per_second;
+        // Without rate control every frame has the encoder's own base quality (quantiser 26).
         let config = EncoderConfig::new()
-            .rate_control_mode(RateControlMode::Quality)
-            .bitrate(BitRate::from_bps(bits as u32))
+            .rate_control_mode(RateControlMode::Off)
             .max_frame_rate(FrameRate::from_hz(frames_per_second as f32))
             .intra_frame_period(IntraFramePeriod::from_num_frames(48))
             .complexity(Complexity::High)
@@ -86,7 +85,8 @@ impl Movie {
             .vui(VuiConfig::bt601());
         let api = openh264::OpenH264API::from_source();
         let encoder = Encoder::with_api_config(api, config).map_err(|error| error.to_string())?;
-        let file = File::create(path).map_err(|error| format!("cannot create {}: {error}", path.display()))?;
+        let file =
+            File::create(path).map_err(|error| format!("cannot create {}: {error}", path.display()))?;
         let muxer = MuxerBuilder::new(BufWriter::new(file))
             .video(VideoCodec::H264, size.0 as u32, size.1 as u32, frames_per_second)
             .build()
@@ -98,7 +98,10 @@ impl Movie {
     pub fn push(&mut self, picture: Picture) -> Result<(), String> {
         let picture = picture.padded_to_even();
         if (picture.width, picture.height) != self.size {
-            return Err(format!("a frame of {}x{} in a movie of {:?}", picture.width, picture.height, self.size));
+            return Err(format!(
+                "a frame of {}x{} in a movie of {:?}",
+                picture.width, picture.height, self.size
+            ));
         }
         let yuv = YUVBuffer::from_rgb8_source(RgbSliceU8::new(&picture.rgb, self.size));
         let encoded = self.encoder.encode(&yuv).map_err(|error| error.to_string())?;

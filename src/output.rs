@@ -13,7 +13,9 @@ pub fn make(out: Option<&Path>, stem: &str, force: bool) -> Result<PathBuf, Fail
         Some(folder) => folder.to_owned(),
         None => return make_new(stem),
     };
-    let fail = |error: std::io::Error| Failure::input(format!("cannot make the output folder {}: {error}", folder.display()));
+    let fail = |error: std::io::Error| {
+        Failure::input(format!("cannot make the output folder {}: {error}", folder.display()))
+    };
     match fs::read_dir(&folder) {
         Ok(mut entries) => {
             if entries.next().is_some() {
@@ -27,7 +29,9 @@ pub fn make(out: Option<&Path>, stem: &str, force: bool) -> Result<PathBuf, Fail
                 remove_run(&folder).map_err(fail)?;
             }
         }
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => fs::create_dir_all(&folder).map_err(fail)?,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            fs::create_dir_all(&folder).map_err(fail)?
+        }
         Err(error) => return Err(fail(error)),
     }
     Ok(folder)
@@ -36,7 +40,10 @@ pub fn make(out: Option<&Path>, stem: &str, force: bool) -> Result<PathBuf, Fail
 fn make_new(stem: &str) -> Result<PathBuf, Failure> {
     let parent = Path::new("out");
     let fail = |path: &Path, error: std::io::Error| {
-        Failure::input(format!("cannot make the output folder {}: {error}; name one with --out", path.display()))
+        Failure::input(format!(
+            "cannot make the output folder {}: {error}; name one with --out",
+            path.display()
+        ))
     };
     fs::create_dir_all(parent).map_err(|error| fail(parent, error))?;
     for number in 1_u32.. {

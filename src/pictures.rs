@@ -23,7 +23,9 @@ pub fn export(log: &Log, folder: &Path) -> Result<Made, Failure> {
         return Ok(Made { frames: None, movie: None });
     }
     let frames = folder.join("frames");
-    let fail = |path: &Path, error: std::io::Error| Failure::lost(format!("cannot write {}: {error}", path.display()));
+    let fail = |path: &Path, error: std::io::Error| {
+        Failure::lost(format!("cannot write {}: {error}", path.display()))
+    };
     fs::create_dir_all(&frames).map_err(|error| fail(&frames, error))?;
     let mut movie = movie_in(log, folder)?;
     for index in 0..count {

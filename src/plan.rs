@@ -21,7 +21,8 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Outcome {
     let scene = scene_file::load(&arguments.scene, &arguments.set, None)?;
-    let refused = |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", arguments.scene.display()));
+    let refused =
+        |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", arguments.scene.display()));
     #[cfg_attr(not(feature = "render"), expect(unused_mut))]
     let (_, mut plan) = sim_node::Model::compile(&scene).map_err(|error| refused(&error))?;
     #[cfg(feature = "render")]

@@ -105,7 +105,8 @@ impl Meter {
 }
 
 fn styled(bar: ProgressBar, label: &str, unit: &str) -> ProgressBar {
-    let template = format!("{{prefix:<10}} {{bar:32}} {{pos:>7}}/{{len}} {unit:<7} {{elapsed:>4}}, {{eta}} left");
+    let template =
+        format!("{{prefix:<10}} {{bar:32}} {{pos:>7}}/{{len}} {unit:<7} {{elapsed:>4}}, {{eta}} left");
     if let Ok(style) = ProgressStyle::with_template(&template) {
         bar.set_style(style.progress_chars("=> "));
     }

@@ -20,7 +20,9 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let mut meter = Meter::for_this_process("recorder", "steps");
     let mut show = |recording: Recording| match recording {
         Recording::Waiting => meter.say(&format!("waiting on bus {} for the other processes", options.bus)),
-        Recording::Recording { step, step_count, .. } => meter.show(Progress { done: step, total: step_count }),
+        Recording::Recording { step, step_count, .. } => {
+            meter.show(Progress { done: step, total: step_count })
+        }
     };
     let recorded = record(options, stop::flag(), &mut show)
         .map_err(|error| Failure { exit: Exit::from_code(error.exit_code()), message: error.to_string() })?;

@@ -73,16 +73,19 @@ pub fn run(arguments: &Arguments) -> Outcome {
 
 fn publishers(arguments: &Arguments, scene: usize, log: &Log) -> Result<Publishers, BusError> {
     let state = log.nth(Kind::State, 0).map_or(1, |message| message.bytes.len());
-    let taking_part: Vec<Role> = [(Role::Renderer, arguments.no_render), (Role::Recorder, arguments.no_record)]
-        .into_iter()
-        .filter_map(|(role, absent)| (!absent).then_some(role))
-        .collect();
+    let taking_part: Vec<Role> =
+        [(Role::Renderer, arguments.no_render), (Role::Recorder, arguments.no_record)]
+            .into_iter()
+            .filter_map(|(role, absent)| (!absent).then_some(role))
+            .collect();
     Publishers::open(&arguments.bus, &taking_part, MessageBytes { scene, state }, stop::flag())
 }
 
 fn bus_failure(error: BusError) -> Failure {
     match error {
-        BusError::NameInUse { .. } | BusError::BadName { .. } | BusError::PathTooLong { .. } => Failure::input(error),
+        BusError::NameInUse { .. } | BusError::BadName { .. } | BusError::PathTooLong { .. } => {
+            Failure::input(error)
+        }
         _ => Failure::lost(error),
     }
 }
@@ -131,7 +134,8 @@ impl<'a> Playback<'a> {
             publishers.publish_step(record.log_time_ns, &record.bytes).map_err(bus_failure)?;
             if self.scene.time.frame_at(step).is_some() {
                 let message = self.log.state_message(step).map_err(log_file::failure)?;
-                let missing = || Failure::lost(format!("{}: no state at the frame of step {step}", self.log.file()));
+                let missing =
+                    || Failure::lost(format!("{}: no state at the frame of step {step}", self.log.file()));
                 let message = message.ok_or_else(missing)?;
                 publishers.publish_keyframe(message.log_time_ns, &message.bytes).map_err(bus_failure)?;
                 keyframes += 1;
@@ -171,7 +175,11 @@ impl<'a> Playback<'a> {
             && let Some(left) = due.checked_sub(start.elapsed())
             && !stop::requested()
         {
-            std::thread::park_timeout(if left < Duration::from_millis(50) { left } else { Duration::from_millis(50) });
+            std::thread::park_timeout(if left < Duration::from_millis(50) {
+                left
+            } else {
+                Duration::from_millis(50)
+            });
         }
     }
 }

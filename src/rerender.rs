@@ -38,7 +38,9 @@ pub fn run(arguments: &Arguments) -> Outcome {
     record.scene.with_render(&arguments.set).map_err(Failure::input)?;
     let same = |path: &PathBuf| path.canonicalize().ok();
     if same(&arguments.log).is_some_and(|log| Some(log) == same(&arguments.out.join("log.mcap"))) {
-        return Err(Failure::input("--out names the folder of the log itself; the log would be lost. Name another"));
+        return Err(Failure::input(
+            "--out names the folder of the log itself; the log would be lost. Name another",
+        ));
     }
     let folder = output::make(Some(&arguments.out), "", arguments.force)?;
     let start = Instant::now();

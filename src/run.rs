@@ -14,8 +14,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 #[derive(Args)]
-#[command(after_help = "Examples:\n  chainmail run scenes/drop.toml\n  chainmail run scenes/ball.toml --out out/slow \
-                        --set time.duration_s=1 --set render.samples_per_pixel=64")]
+#[command(
+    after_help = "Examples:\n  chainmail run scenes/drop.toml\n  chainmail run scenes/ball.toml --out out/slow \
+                        --set time.duration_s=1 --set render.samples_per_pixel=64"
+)]
 pub struct Arguments {
     /// The scene file
     scene: PathBuf,
@@ -57,7 +59,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
     stop::flag();
     // A scene that cannot be simulated is refused before anything is made.
     let scene = scene_file::load(&arguments.scene, &arguments.set, arguments.seed)?;
-    Model::compile(&scene).map_err(|error| Failure::input(format!("{}: {error}", arguments.scene.display())))?;
+    Model::compile(&scene)
+        .map_err(|error| Failure::input(format!("{}: {error}", arguments.scene.display())))?;
     let stem = arguments.scene.file_stem().map_or("scene".into(), |stem| stem.to_string_lossy());
     let folder = output::make(arguments.out.as_deref(), &stem, arguments.force)?;
     let no_render = arguments.no_render || !cfg!(feature = "render");

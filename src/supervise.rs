@@ -78,7 +78,13 @@ pub fn supervise(parts: Vec<Part>) -> Result<Ended, Failure> {
             Ok(child) => {
                 let pid = Pid::from_raw(child.id() as i32);
                 watch(index, child, sender.clone());
-                running.push(Running { role: part.role, pid, exited: None, killed_by_us: false, diagnostics: Vec::new() });
+                running.push(Running {
+                    role: part.role,
+                    pid,
+                    exited: None,
+                    killed_by_us: false,
+                    diagnostics: Vec::new(),
+                });
             }
             Err(error) => {
                 signal_all(&mut running, Signal::KILL);
@@ -117,7 +123,10 @@ fn watch(index: usize, mut child: Child, sender: Sender<Report>) {
     });
 }
 
-fn forward(stream: impl Read + Send + 'static, send: impl Fn(String) + Send + 'static) -> thread::JoinHandle<()> {
+fn forward(
+    stream: impl Read + Send + 'static,
+    send: impl Fn(String) + Send + 'static,
+) -> thread::JoinHandle<()> {
     thread::spawn(move || BufReader::new(stream).lines().map_while(Result::ok).for_each(send))
 }
 
@@ -176,7 +185,8 @@ fn signal_all(running: &mut [Running], signal: Signal) {
 }
 
 fn conclude(running: &[Running], first_failed: Option<usize>) -> Result<Ended, Failure> {
-    let any_exited_with = |code| running.iter().any(|part| part.exited.and_then(|status| status.code()) == Some(code));
+    let any_exited_with =
+        |code| running.iter().any(|part| part.exited.and_then(|status| status.code()) == Some(code));
     let Some(first) = first_failed else {
         // A signal that came when all was done already interrupted nothing.
         return Ok(match (any_exited_with(3), any_exited_with(1)) {
@@ -186,16 +196,20 @@ fn conclude(running: &[Running], first_failed: Option<usize>) -> Result<Ended, F
         });
     };
     // Of a process that was killed the others complain, and one of them may have been reaped before it.
-    let killed_by_others = |part: &&Running| {
-        part.exited.and_then(|status| status.signal()).is_some() && !part.killed_by_us
-    };
+    let killed_by_others =
+        |part: &&Running| part.exited.and_then(|status| status.signal()).is_some() && !part.killed_by_us;
     let part = running.iter().find(killed_by_others).unwrap_or(&running[first]);
     let name = part.role.name();
     let status = part.exited.unwrap_or_default();
-    let said = part.diagnostics.last().map_or(String::new(), |line| format!(": {}", line.trim_start_matches("error: ")));
+    let said = part
+        .diagnostics
+        .last()
+        .map_or(String::new(), |line| format!(": {}", line.trim_start_matches("error: ")));
     Err(match (status.signal(), status.code()) {
         (Some(signal), _) => Failure::lost(format!("the {name} was lost: killed by signal {signal}{said}")),
         (None, Some(2)) => Failure::input(format!("the {name} refused its input{said}")),
-        (None, code) => Failure::lost(format!("the {name} ended with exit code {}{said}", code.unwrap_or(-1))),
+        (None, code) => {
+            Failure::lost(format!("the {name} ended with exit code {}{said}", code.unwrap_or(-1)))
+        }
     })
 }

@@ -58,7 +58,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
 
 fn compare(log: &Log, threads: usize) -> Result<Report, Failure> {
     let scene = log.scene().map_err(log_file::failure)?.scene;
-    let (model, _) = Model::compile(&scene).map_err(|error| Failure::lost(format!("{}: {error}", log.file())))?;
+    let (model, _) =
+        Model::compile(&scene).map_err(|error| Failure::lost(format!("{}: {error}", log.file())))?;
     let mut state = State::initial(&model);
     let mut scratch = Scratch::new(&model, threads);
     let mut records = Records::after(schemas::Hash::default());
@@ -70,13 +71,19 @@ fn compare(log: &Log, threads: usize) -> Result<Report, Failure> {
         let step = step as u64;
         let logged = logged.map_err(log_file::failure)?;
         if stop::requested() {
-            return Err(Failure::lost(format!("interrupted after {step} of {total} steps, all of them identical")));
+            return Err(Failure::lost(format!(
+                "interrupted after {step} of {total} steps, all of them identical"
+            )));
         }
         if step > 0
             && let Err(stopped) = sim_node::step(&model, &mut state, &mut scratch)
         {
-            let difference =
-                Difference { step, stage: "run", logged: "goes on".to_owned(), simulated: stopped.to_string() };
+            let difference = Difference {
+                step,
+                stage: "run",
+                logged: "goes on".to_owned(),
+                simulated: stopped.to_string(),
+            };
             return Ok(report(step, states_compared, &records, Some(difference)));
         }
         let simulated = records.record(&model, &state, &scratch);
@@ -126,7 +133,11 @@ impl std::fmt::Display for Report {
                 f,
                 "different at step {}, stage {}:\n  the log has       {}\n  this machine has  {}\n{} steps before it are \
                  identical",
-                difference.step, difference.stage, difference.logged, difference.simulated, self.steps_compared
+                difference.step,
+                difference.stage,
+                difference.logged,
+                difference.simulated,
+                self.steps_compared
             ),
         }
     }

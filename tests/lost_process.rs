@@ -7,7 +7,8 @@ use std::time::Instant;
 
 /// A run long enough to be interrupted at its first tenth: 240 frames.
 fn long_run(place: &Place) -> Background {
-    let set = ["--set", "time.duration_s=4", "--set", "render.samples_per_pixel=16", "--set", "render.width_px=64"];
+    let set =
+        ["--set", "time.duration_s=4", "--set", "render.samples_per_pixel=16", "--set", "render.width_px=64"];
     Background::start(place.command(&[&["run", "tiny.toml", "--out", "run"][..], &set].concat()))
 }
 
@@ -20,7 +21,9 @@ fn kill_and_check(verb: &str, name: &str) {
     signal(part, "KILL");
     let code = run.finish();
     let elapsed = start.elapsed();
-    println!("{name} killed: the run ended after {elapsed:.2?} (2 s expected; 20 s allowed on a loaded machine)");
+    println!(
+        "{name} killed: the run ended after {elapsed:.2?} (2 s expected; 20 s allowed on a loaded machine)"
+    );
     assert_eq!(code, Some(3), "{}", run.seen);
     assert!(run.seen.contains(&format!("the {name} was lost")), "{}", run.seen);
     assert!(elapsed.as_secs() < 20, "the run hung for {elapsed:?}");
@@ -69,7 +72,8 @@ fn interrupt_finishes_the_log() {
 #[test]
 fn a_stopped_process_loses_nothing() {
     let place = Place::new();
-    let mut run = Background::start(place.command(&["run", "tiny.toml", "--out", "run", "--set", "time.duration_s=1"]));
+    let mut run =
+        Background::start(place.command(&["run", "tiny.toml", "--out", "run", "--set", "time.duration_s=1"]));
     run.wait_for("renderer (frames)");
     let recorder = run.part("record");
     signal(recorder, "STOP");

@@ -44,7 +44,8 @@ fn processes_started_by_hand_in_another_order_write_the_same_bytes() {
     let place = Place::new();
     place.expect(0, &["run", "tiny.toml", "--out", "run"]);
     let bus = format!("hand-{}", std::process::id());
-    for (number, order) in [["record", "render", "sim"], ["sim", "record", "render"]].into_iter().enumerate() {
+    for (number, order) in [["record", "render", "sim"], ["sim", "record", "render"]].into_iter().enumerate()
+    {
         let log = format!("hand-{number}.mcap");
         let children = order.map(|verb| {
             let arguments = match verb {
@@ -66,7 +67,8 @@ fn replay_recorded_again_is_the_same_file() {
     let place = Place::new();
     place.expect(0, &["run", "tiny.toml", "--out", "run"]);
     let bus = format!("replay-{}", std::process::id());
-    let mut recorder = place.command(&["record", "--bus", &bus, "--out", "again.mcap"]).spawn().expect("a process");
+    let mut recorder =
+        place.command(&["record", "--bus", &bus, "--out", "again.mcap"]).spawn().expect("a process");
     let mut renderer = place.command(&["render", "--bus", &bus]).spawn().expect("a process");
     place.expect(0, &["replay", "run/log.mcap", "--bus", &bus, "--as-fast-as-possible"]);
     assert_eq!(recorder.wait().expect("it was started").code(), Some(0));
@@ -88,7 +90,8 @@ fn verify_simulates_the_log_again() {
 fn rerender_changes_frames_and_nothing_else() {
     let place = Place::new();
     place.expect(0, &["run", "tiny.toml", "--out", "run"]);
-    let set = ["--set", "render.samples_per_pixel=3", "--set", "render.width_px=16", "--set", "render.height_px=9"];
+    let set =
+        ["--set", "render.samples_per_pixel=3", "--set", "render.width_px=16", "--set", "render.height_px=9"];
     place.expect(0, &[&["rerender", "run/log.mcap", "--out", "new"][..], &set].concat());
     let counts = message_counts(&place.path("new/log.mcap"));
     assert_eq!((counts["/frame"], counts["/state"]), (4, 61));
@@ -121,7 +124,10 @@ fn skipped_states_are_no_loss() {
     place.expect(0, &["run", "tiny.toml", "--out", "few", "--set", "record.state_every=25"]);
     // Steps 0, 25 and 50, the frames at 17, 33 and 50, the last at 60.
     assert_eq!(message_counts(&place.path("few/log.mcap"))["/state"], 6);
-    assert_eq!(end_of(&place.path("few/log.mcap")).chained_hash, end_of(&place.path("all/log.mcap")).chained_hash);
+    assert_eq!(
+        end_of(&place.path("few/log.mcap")).chained_hash,
+        end_of(&place.path("all/log.mcap")).chained_hash
+    );
     place.expect(0, &["verify", "few/log.mcap"]);
     place.expect(0, &["rerender", "few/log.mcap", "--out", "new"]);
 }
@@ -129,7 +135,8 @@ fn skipped_states_are_no_loss() {
 #[test]
 fn zero_rings_run_and_give_empty_frames() {
     let place = Place::new();
-    std::fs::write(place.path("empty.toml"), "[time]\nduration_s = 0.05\ntime_step_s = 0.01\n").expect("a file");
+    std::fs::write(place.path("empty.toml"), "[time]\nduration_s = 0.05\ntime_step_s = 0.01\n")
+        .expect("a file");
     let size = ["--set", "render.width_px=16", "--set", "render.height_px=16"];
     place.expect(0, &[&["run", "empty.toml", "--out", "run"][..], &size].concat());
     assert_eq!(message_counts(&place.path("run/log.mcap"))["/frame"], 2);

@@ -28,7 +28,13 @@ fn manifest(folder: &str) -> toml::Table {
 }
 
 fn dependencies(manifest: &toml::Table, section: &str) -> Vec<String> {
-    manifest.get(section).and_then(toml::Value::as_table).into_iter().flat_map(toml::Table::keys).cloned().collect()
+    manifest
+        .get(section)
+        .and_then(toml::Value::as_table)
+        .into_iter()
+        .flat_map(toml::Table::keys)
+        .cloned()
+        .collect()
 }
 
 /// Every source file of a folder, in a fixed order.
@@ -74,7 +80,9 @@ fn dependency_arrows_run_one_way() {
 
 #[test]
 fn one_home_for_each_outside_library() {
-    for (library, home) in [("iceoryx2", "bus"), ("bincode", "schemas"), ("mcap", "recorder"), ("rand_chacha", "render-node")] {
+    for (library, home) in
+        [("iceoryx2", "bus"), ("bincode", "schemas"), ("mcap", "recorder"), ("rand_chacha", "render-node")]
+    {
         for folder in allowed_arrows().keys() {
             let named = dependencies(&manifest(folder), "dependencies").iter().any(|name| name == library);
             assert_eq!(named, *folder == home, "{library} belongs to {home}; '{folder}' is another matter");
@@ -116,14 +124,19 @@ fn the_core_knows_no_clock_and_no_files() {
 fn every_crate_is_under_the_lints() {
     for folder in allowed_arrows().keys() {
         let manifest = manifest(folder);
-        assert_eq!(manifest["lints"]["workspace"].as_bool(), Some(true), "'{folder}' is not under the workspace's lints");
+        assert_eq!(
+            manifest["lints"]["workspace"].as_bool(),
+            Some(true),
+            "'{folder}' is not under the workspace's lints"
+        );
     }
     let lints = &manifest("")["workspace"]["lints"];
     assert_eq!(lints["clippy"]["disallowed_methods"].as_str(), Some("deny"));
     let clippy: toml::Table =
         fs::read_to_string(root().join("clippy.toml")).expect("clippy.toml").parse().expect("TOML");
     let banned = clippy["disallowed-methods"].as_array().expect("a list");
-    for path in ["f64::sin", "f64::powf", "f64::cbrt", "f64::hypot", "f64::min", "f64::clamp", "f64::mul_add"] {
+    for path in ["f64::sin", "f64::powf", "f64::cbrt", "f64::hypot", "f64::min", "f64::clamp", "f64::mul_add"]
+    {
         assert!(banned.iter().any(|entry| entry["path"].as_str() == Some(path)), "{path} is not banned");
     }
 }
@@ -131,7 +144,9 @@ fn every_crate_is_under_the_lints() {
 #[test]
 fn nothing_is_switched_off_or_left_unfinished() {
     // Written in two halves, so that this file does not find itself.
-    let words = [["todo", "!("], ["unimplemented", "!("], ["#[ig", "nore"], ["thread::", "sleep("], ["dbg", "!("]].map(|halves| halves.concat());
+    let words =
+        [["todo", "!("], ["unimplemented", "!("], ["#[ig", "nore"], ["thread::", "sleep("], ["dbg", "!("]]
+            .map(|halves| halves.concat());
     for path in sources(root()) {
         for (number, line) in lines_of_code(&path) {
             for word in &words {
@@ -161,10 +176,15 @@ fn architecture_fits_two_pages() {
 
 #[test]
 fn no_path_of_somebodys_machine() {
-    let homes = [["/ho", "me/"], ["/ro", "ot/"], ["/wo", "rk/"], ["/Us", "ers/"]].map(|halves| halves.concat());
+    let homes =
+        [["/ho", "me/"], ["/ro", "ot/"], ["/wo", "rk/"], ["/Us", "ers/"]].map(|halves| halves.concat());
     for path in sources(root()) {
         for (number, line) in lines_of_code(&path) {
-            assert!(!homes.iter().any(|home| line.contains(home.as_str())), "{}:{number}: {line}", path.display());
+            assert!(
+                !homes.iter().any(|home| line.contains(home.as_str())),
+                "{}:{number}: {line}",
+                path.display()
+            );
         }
     }
 }

@@ -91,6 +91,7 @@ impl Bus {
                 .create::<ipc::Service>()
         })
         .map_err(|reason: NodeCreationFailure| refused(&reason))?;
+        claim::make_private(name)?;
         // Everybody opens everything while nobody else joins, and keeps it: so services are made by the first
         // process of a run alone. One that is killed while it makes a service leaves a half-made one, on
         // which all others would wait; when the first is killed, nobody else is there and it is wiped.

@@ -7,9 +7,9 @@
 use crate::header::{ROLES, role_index};
 use crate::{BusError, BusName};
 use schemas::topics::Role;
-use std::fs::{DirBuilder, File, OpenOptions, TryLockError};
+use std::fs::{DirBuilder, File, OpenOptions, Permissions, TryLockError};
 use std::io::{ErrorKind, Write};
-use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -23,6 +23,9 @@ const CLAIM_PATIENCE: Duration = Duration::from_millis(200);
 const DOOR_PATIENCE: Duration = Duration::from_secs(10);
 /// Pause between two tries.
 const PAUSE: Duration = Duration::from_millis(2);
+
+/// Where Linux shows shared memory as files.
+const SHARED_MEMORY: &str = "/dev/shm";
 
 /// The lock files of a bus, open, none of them locked by this value.
 #[derive(Debug)]
@@ -233,11 +236,32 @@ fn is_at(file: &File, path: &Path) -> bool {
 /// Removes the bus's shared memory and all in its directory but the lock files. All roles are locked.
 fn wipe(name: &BusName) -> Result<(), BusError> {
     let prefix = name.shared_memory_prefix();
-    remove_entries(Path::new("/dev/shm"), |entry| entry.starts_with(&prefix))?;
-    remove_entries(&name.root_dir(), |entry| !entry.ends_with(".lock"))
+    let remove = |path: &Path, is_dir: bool| {
+        if is_dir { std::fs::remove_dir_all(path) } else { std::fs::remove_file(path) }
+    };
+    for_entries(Path::new(SHARED_MEMORY), |entry| entry.starts_with(&prefix), "removing", remove)?;
+    for_entries(&name.root_dir(), |entry| !entry.ends_with(".lock"), "removing", remove)
 }
 
-fn remove_entries(directory: &Path, chosen: impl Fn(&str) -> bool) -> Result<(), BusError> {
+/// Takes the bus's shared memory from other users. iceoryx2 makes all of it private by itself, but for the
+/// counter of its ids.
+pub(crate) fn make_private(name: &BusName) -> Result<(), BusError> {
+    let prefix = name.shared_memory_prefix();
+    for_entries(
+        Path::new(SHARED_MEMORY),
+        |entry| entry.starts_with(&prefix),
+        "restricting",
+        |path, _| std::fs::set_permissions(path, Permissions::from_mode(0o600)),
+    )
+}
+
+/// Does something to the chosen entries of a directory; one that has just gone is no error.
+fn for_entries(
+    directory: &Path,
+    chosen: impl Fn(&str) -> bool,
+    action: &'static str,
+    act: impl Fn(&Path, bool) -> std::io::Result<()>,
+) -> Result<(), BusError> {
     let entries = match std::fs::read_dir(directory) {
         Err(source) if source.kind() == ErrorKind::NotFound => return Ok(()),
         entries => entries.map_err(|source| file_error("reading", directory, source))?,
@@ -249,10 +273,9 @@ fn remove_entries(directory: &Path, chosen: impl Fn(&str) -> bool) -> Result<(),
         }
         let path = entry.path();
         let is_dir = entry.file_type().is_ok_and(|kind| kind.is_dir());
-        let removed = if is_dir { std::fs::remove_dir_all(&path) } else { std::fs::remove_file(&path) };
-        match removed {
+        match act(&path, is_dir) {
             Err(source) if source.kind() != ErrorKind::NotFound => {
-                return Err(file_error("removing", &path, source));
+                return Err(file_error(action, &path, source));
             }
             _ => {}
         }

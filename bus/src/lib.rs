@@ -56,14 +56,16 @@
 //!   killed processes leave is removed by the next to join the same name, or by [`Bus::clean_up`].
 //!
 //! # Limits
-//! - One host, Linux, processes of one user with the same temporary directory and built with the same
-//!   iceoryx2.
+//! - One host, Linux, processes of one user (all files are private to it) with the same temporary directory,
+//!   built with the same iceoryx2.
 //! - One publisher for a topic, and one process for a role.
 //! - A subscriber that joins after its publisher began gets an error, not the rest.
 //! - Shared memory: `(subscribers * (queue + 1) + 1) * message_bytes` for each topic, where `subscribers` and
 //!   `queue` are the manifest's and `message_bytes` is what the publisher asked for; pages that no message
 //!   has touched cost nothing. A longer message travels in pieces, so it needs no more.
 //! - Delivery to the subscribers of a topic is sequential: the slowest one sets the pace of all.
+//! - A publisher makes its shared memory in the handshake: a file system that fills up afterwards, by other
+//!   programs, kills the process that touches a new page.
 //! - A receive copies the message out of shared memory.
 //! - iceoryx2's own complaints go to stderr when `IOX2_LOG_LEVEL` is set, and nowhere otherwise.
 //!

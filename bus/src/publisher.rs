@@ -91,7 +91,6 @@ impl Publisher {
         let pressure = Arc::new(Pressure {
             roster: Arc::clone(&shared.roster),
             stop: Arc::clone(&shared.stop),
-            subscribers: subscribers.clone(),
             ports: Mutex::default(),
         });
         Ok(Publisher { port: None, topic, subscribers, message_bytes, stage, sequence: 0, pressure, shared })
@@ -119,7 +118,7 @@ impl Publisher {
         if *greeted != present && all_there {
             // Everyone is asked again, as an old answer does not show that a new connection works.
             *round += 1;
-            self.pressure.await_only(present.iter().map(|(_, port)| *port).collect());
+            self.pressure.await_only(present.clone());
             *greeted = present;
             let round = *round;
             for role in &self.subscribers {
@@ -263,7 +262,9 @@ impl Publisher {
     fn deliver_piece(&mut self, header: MessageHeader, piece: &[u8]) -> Result<(), BusError> {
         let mut last_error = None;
         for _ in 0..ATTEMPTS {
-            if self.subscribers.iter().any(|role| !self.shared.roster.alive(*role)) {
+            // Who has got the end leaves, perhaps before it is sent again to the others.
+            let may_have_left = header.kind == KIND_END && last_error.is_some();
+            if !may_have_left && self.subscribers.iter().any(|role| !self.shared.roster.alive(*role)) {
                 break;
             }
             let Some(port) = &self.port else { break };
@@ -273,6 +274,7 @@ impl Publisher {
                 Ok(count) if count > self.subscribers.len() && self.missing_role().is_none() => {
                     return Ok(());
                 }
+                Ok(_) if may_have_left => return Ok(()),
                 Ok(_) | Err(SendError::UnableToDeliver) => break,
                 Err(reason) => last_error = Some(reason),
             }
@@ -313,24 +315,23 @@ impl Publisher {
 struct Pressure {
     roster: Arc<Roster>,
     stop: Arc<AtomicBool>,
-    subscribers: Vec<Role>,
-    /// The ports worth waiting for.
-    ports: Mutex<Vec<u128>>,
+    /// The ports worth waiting for, and whose they are.
+    ports: Mutex<Vec<(Role, u128)>>,
 }
 
 impl Pressure {
-    fn await_only(&self, ports: Vec<u128>) {
+    fn await_only(&self, ports: Vec<(Role, u128)>) {
         *self.ports.lock().unwrap_or_else(PoisonError::into_inner) = ports;
     }
 
     fn action(&self, info: &BackpressureInfo) -> BackpressureAction {
         let ports = self.ports.lock().unwrap_or_else(PoisonError::into_inner);
-        if !ports.contains(&info.receiver_port_id) {
+        let Some((role, _)) = ports.iter().find(|(_, port)| *port == info.receiver_port_id) else {
             // Somebody who came too late, or on whom this run does not count: nobody waits for it.
             return BackpressureAction::DiscardData;
-        }
-        let lost = self.subscribers.iter().any(|role| !self.roster.alive(*role));
-        if lost || (self.stop.load(Ordering::Relaxed) && info.elapsed_time >= STOP_PATIENCE) {
+        };
+        let impatient = self.stop.load(Ordering::Relaxed) && info.elapsed_time >= STOP_PATIENCE;
+        if impatient || !self.roster.alive(*role) {
             BackpressureAction::DiscardDataAndFail
         } else {
             BackpressureAction::Retry

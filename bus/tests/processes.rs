@@ -69,6 +69,16 @@ fn two_subscribers_of_one_topic_get_everything() {
     expect_complete(&name, publisher, vec![first, second], 300);
 }
 
+#[test]
+fn a_subscriber_that_has_the_end_may_leave_while_another_is_waited_for() {
+    let name = BusName::unique();
+    let mut first = Peer::start("subscribe", &name, "--topic scene --role renderer");
+    first.expect("opened");
+    let slow = Peer::start("subscribe", &name, "--topic scene --each-us 500000");
+    let publisher = Peer::start("publish", &name, "--topic scene --messages 3");
+    expect_complete(&name, publisher, vec![first, slow], 3);
+}
+
 /// iceoryx2 counts a subscriber that has not looked yet, and discards what exceeds its queue.
 #[test]
 fn a_subscriber_that_looks_late_for_the_first_time_loses_nothing() {
@@ -93,6 +103,23 @@ fn a_subscriber_that_comes_and_goes_before_the_start_is_replaced() {
         assert!(code != Some(0), "{lines:?}");
     }
     let renderer = Peer::start("subscribe", &name, "--topic scene --role renderer");
+    let recorder = Peer::start("subscribe", &name, "--topic scene");
+    expect_complete(&name, publisher, vec![renderer, recorder], 100);
+}
+
+#[test]
+fn the_answer_of_a_subscriber_that_died_before_the_start_is_void() {
+    let name = BusName::unique();
+    let publisher = Peer::start("publish", &name, "--topic scene --messages 100");
+    let late = "--topic scene --role renderer --first-look-ms 1000";
+    let mut renderer = Peer::start("subscribe", &name, late);
+    renderer.expect("opened");
+    let mut recorder = Peer::start("subscribe", &name, "--topic scene");
+    recorder.expect("opened");
+    recorder.expect_silence(Duration::from_millis(300));
+    recorder.signal("KILL");
+    recorder.finish();
+    renderer.expect_silence(Duration::from_millis(1500));
     let recorder = Peer::start("subscribe", &name, "--topic scene");
     expect_complete(&name, publisher, vec![renderer, recorder], 100);
 }

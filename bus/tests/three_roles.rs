@@ -136,3 +136,22 @@ fn a_publisher_without_subscribers_counts_and_ends() {
     publisher.send(0, b"unheard").unwrap();
     assert_eq!(publisher.finish().unwrap(), 1);
 }
+
+#[test]
+fn other_users_can_neither_read_nor_write_what_a_bus_keeps_in_files() {
+    use std::os::unix::fs::PermissionsExt;
+    let name = BusName::unique();
+    let bus = Bus::join(&name, Role::Simulator, Arc::default()).unwrap();
+    let other = Bus::join(&name, Role::Recorder, Arc::default()).unwrap();
+    let _ports = (open_ports(&bus, Role::Simulator).unwrap(), open_ports(&other, Role::Recorder).unwrap());
+    let prefix = name.shared_memory_prefix();
+    let shared = std::fs::read_dir("/dev/shm").unwrap().map(Result::unwrap);
+    let shared =
+        shared.filter(|entry| entry.file_name().to_str().is_some_and(|file| file.starts_with(&prefix)));
+    let mut modes: Vec<_> = shared.map(|entry| (entry.path(), entry.metadata().unwrap())).collect();
+    assert!(modes.len() > TOPICS.len(), "{modes:?}");
+    modes.push((name.root_dir(), name.root_dir().metadata().unwrap()));
+    for (path, metadata) in modes {
+        assert_eq!(metadata.permissions().mode() & 0o077, 0, "{}", path.display());
+    }
+}

@@ -1,16 +1,15 @@
-//! A tree of boxes over the bodies, four children to a node.
+//! A tree of boxes over the bodies, four children to a node, four bodies to a leaf.
 //!
-//! The tree only culls: its boxes are in `f32` and wider than the bodies by more than all rounding, and bodies are
-//! asked for exact hits. So neither its shape nor the order of traversal changes a bit of a picture.
+//! The tree only culls: its boxes and [sieves](crate::sieve) are in `f32` and wider than the bodies by more than all
+//! rounding, and bodies are asked for exact hits. So neither its shape nor the order of traversal changes a bit of a
+//! picture.
 
+use crate::lanes::{LANES, Lanes};
 use crate::path::Ray;
+use crate::sieve::{self, Outline, Sieve, SievedRay};
 use crate::world::{Bodies, Hit, nearer};
 use geometry::{Aabb, Vec3};
 
-/// Children of a node: as many `f32` as the narrowest vector registers of x86-64 and aarch64 hold.
-const WIDTH: usize = 4;
-/// Bodies of a leaf at most.
-const LEAF_BODIES_MAX: usize = 4;
 /// Bins of the search for the best cut.
 const BINS: usize = 16;
 /// Below this level, ranges are cut by the surface area heuristic; from it on in equal halves, so that the tree has
@@ -25,33 +24,39 @@ const STACK_SIZE: usize = 3 * 26;
 /// of `u H`, `u H` and `2 u H`; the inverse direction and the product add `2 u` of 2 H: together 8 u H = 4.8e-7 H.
 const MARGIN: f64 = 2e-6;
 
-/// Marks a child that is a leaf: then 4 bits are its number of bodies and 27 bits the place of the first.
+/// Marks a child that is a leaf; the other bits are its number, or that of a node.
 const LEAF: u32 = 1 << 31;
-const COUNT_SHIFT: u32 = 27;
 
 #[derive(Clone, Debug)]
 struct Node {
     /// Lower and upper bounds of the children: x, y, z, and the same again.
-    bounds: [[f32; WIDTH]; 6],
-    children: [u32; WIDTH],
+    bounds: [[f32; LANES]; 6],
+    children: [u32; LANES],
+}
+
+#[derive(Clone, Debug)]
+struct Leaf {
+    sieve: Sieve,
+    /// Numbers of the bodies.
+    bodies: [u32; LANES],
 }
 
 /// The tree.
 #[derive(Debug)]
 pub(crate) struct Bvh {
     nodes: Vec<Node>,
-    /// Numbers of the bodies, leaf by leaf.
-    order: Vec<u32>,
+    leaves: Vec<Leaf>,
     /// Around everything, widened.
     bounds: Aabb,
-    /// Boxes are relative to this point.
-    centre: Vec3,
+    /// Boxes and sieves are relative to this point.
+    middle: Vec3,
     margin: f64,
+    sieve_margin: f64,
 }
 
-/// A ray, prepared for `f32` boxes; it begins where it enters the tree's bounds.
+/// A ray, prepared for `f32`; it begins where it enters the tree's bounds.
 struct Probe {
-    origin: [f32; 3],
+    sieved: SievedRay,
     inverse: [f32; 3],
     /// Which of the bounds is the nearer one, for each axis.
     near: [usize; 3],
@@ -60,21 +65,24 @@ struct Probe {
 }
 
 impl Bvh {
-    pub(crate) fn new(boxes: &[Aabb]) -> Bvh {
+    /// The tree over bodies with these boxes and outlines.
+    pub(crate) fn new(boxes: &[Aabb], outlines: &[Outline]) -> Bvh {
         let mut bounds = boxes.iter().fold(Aabb::EMPTY, |all, one| all.union(one));
-        if boxes.is_empty() {
-            return Bvh { nodes: Vec::new(), order: Vec::new(), bounds, centre: Vec3::zeros(), margin: 0.0 };
-        }
-        let centre = bounds.centre();
-        let half = (bounds.max - bounds.min) * 0.5;
+        let (middle, half) = if boxes.is_empty() {
+            (Vec3::zeros(), Vec3::zeros())
+        } else {
+            (bounds.centre(), (bounds.max - bounds.min) * 0.5)
+        };
         let largest = half.iter().fold(0.0, |most, &extent| if extent > most { extent } else { most });
-        let margin = MARGIN * largest;
+        let (margin, sieve_margin) = (MARGIN * largest, sieve::margin(half.norm()));
         bounds.min -= Vec3::repeat(margin);
         bounds.max += Vec3::repeat(margin);
-        let mut builder = Builder { boxes, nodes: Vec::new(), centre, margin };
-        let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
-        builder.build(&mut order, 0, 0);
-        Bvh { nodes: builder.nodes, order, bounds, centre, margin }
+        let mut tree = Bvh { nodes: Vec::new(), leaves: Vec::new(), bounds, middle, margin, sieve_margin };
+        if !boxes.is_empty() {
+            let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
+            Builder { boxes, outlines, tree: &mut tree }.build(&mut order, 0);
+        }
+        tree
     }
 
     /// The nearest of `best` and the first hits of all bodies.
@@ -82,10 +90,8 @@ impl Bvh {
         let Some(probe) = self.probe(ray) else { return best };
         let limit = |best: &Option<Hit>| best.map_or(f32::MAX, |hit| self.limit(&probe, hit.distance));
         let mut best = best;
-        self.traverse(&probe, limit(&best), |leaf| {
-            for &body in leaf {
-                best = nearer(best, bodies.hit(body, ray), body);
-            }
+        self.traverse(&probe, limit(&best), |body| {
+            best = nearer(best, bodies.hit(body, ray), body);
             limit(&best)
         });
         best
@@ -96,69 +102,79 @@ impl Bvh {
         let Some(probe) = self.probe(ray) else { return false };
         let limit = self.limit(&probe, distance);
         let mut found = false;
-        self.traverse(&probe, limit, |leaf| {
-            found = leaf.iter().any(|&body| bodies.hit(body, ray).is_some_and(|t| t < distance));
+        self.traverse(&probe, limit, |body| {
+            found = found || bodies.hit(body, ray).is_some_and(|t| t < distance);
             if found { f32::NEG_INFINITY } else { limit }
         });
         found
     }
 
+    #[inline]
     fn probe(&self, ray: &Ray) -> Option<Probe> {
         let inverse = ray.direction.map(|component| 1.0 / component);
         let (entry, _) = self.bounds.ray_interval(&ray.origin, &inverse, 0.0, f64::INFINITY)?;
-        let origin = ray.origin + ray.direction * entry - self.centre;
+        let origin = ray.origin + ray.direction * entry - self.middle;
+        let single = |v: &Vec3| [v.x as f32, v.y as f32, v.z as f32];
         let near = std::array::from_fn(|axis| if inverse[axis] < 0.0 { axis + 3 } else { axis });
-        Some(Probe {
-            origin: [origin.x as f32, origin.y as f32, origin.z as f32],
-            inverse: [inverse.x as f32, inverse.y as f32, inverse.z as f32],
-            near,
-            entry,
-        })
+        let margin = self.sieve_margin as f32;
+        let sieved = SievedRay { origin: single(&origin), direction: single(&ray.direction), margin };
+        Some(Probe { sieved, inverse: single(&inverse), near, entry })
     }
 
     /// A distance along the ray as a limit of boxes: no box that holds a hit up to it begins beyond.
+    #[inline]
     fn limit(&self, probe: &Probe, distance: f64) -> f32 {
         let limit = ((distance - probe.entry) * (1.0 + 1e-6) + self.margin) as f32;
         // Finite, so that a child that is missed, with its infinite entry, is always beyond.
         if limit < f32::MAX { limit } else { f32::MAX }
     }
 
-    /// Visits the leaves that the ray runs through before a limit, roughly from near to far. A visit returns the
-    /// limit from then on.
+    /// Visits the bodies that the ray may meet before a limit, roughly from near to far. A visit returns the limit from
+    /// then on.
     #[inline(always)]
-    fn traverse(&self, probe: &Probe, mut limit: f32, mut visit: impl FnMut(&[u32]) -> f32) {
+    fn traverse(&self, probe: &Probe, mut limit: f32, mut visit: impl FnMut(u32) -> f32) {
         let mut stack = [(0_u32, 0.0_f32); STACK_SIZE];
         let mut height = 0;
         let mut child = 0;
         loop {
             if child & LEAF == 0 {
                 let node = &self.nodes[child as usize];
-                let entries = node.entries(probe, limit);
+                let (entries, mut met) = node.entries(probe, limit);
+                if met.count_ones() == 1 {
+                    child = node.children[met.trailing_zeros() as usize];
+                    continue;
+                }
                 // The children that are met, farthest first.
+                let entries = entries.to_array();
                 let base = height;
-                for (&child, &entry) in node.children.iter().zip(&entries) {
-                    if entry <= limit {
-                        let mut place = height;
-                        while place > base && stack[place - 1].1 < entry {
-                            stack[place] = stack[place - 1];
-                            place -= 1;
-                        }
-                        stack[place] = (child, entry);
-                        height += 1;
+                while met != 0 {
+                    let lane = met.trailing_zeros() as usize;
+                    met &= met - 1;
+                    let entry = entries[lane];
+                    let mut place = height;
+                    while place > base && stack[place - 1].1 < entry {
+                        stack[place] = stack[place - 1];
+                        place -= 1;
                     }
+                    stack[place] = (node.children[lane], entry);
+                    height += 1;
                 }
             } else {
-                let count = (child >> COUNT_SHIFT & 15) as usize;
-                let first = (child & ((1 << COUNT_SHIFT) - 1)) as usize;
-                limit = visit(&self.order[first..first + count]);
+                let leaf = &self.leaves[(child & !LEAF) as usize];
+                let mut candidates = leaf.sieve.candidates(&probe.sieved, limit);
+                while candidates != 0 {
+                    limit = visit(leaf.bodies[candidates.trailing_zeros() as usize]);
+                    candidates &= candidates - 1;
+                }
             }
             loop {
                 if height == 0 {
                     return;
                 }
                 height -= 1;
-                if stack[height].1 <= limit {
-                    child = stack[height].0;
+                let (waiting, entry) = stack[height];
+                if !(entry > limit) {
+                    child = waiting;
                     break;
                 }
             }
@@ -167,68 +183,66 @@ impl Bvh {
 }
 
 impl Node {
-    /// Where the ray enters the children; infinite where it misses them or enters beyond the limit.
+    /// Where the ray enters the children, and which of them it meets up to the limit (bit k for child k).
     #[inline(always)]
-    fn entries(&self, probe: &Probe, limit: f32) -> [f32; WIDTH] {
-        let mut start = [0.0_f32; WIDTH];
-        let mut end = [limit; WIDTH];
+    fn entries(&self, probe: &Probe, limit: f32) -> (Lanes, u32) {
+        let (mut start, mut end) = (Lanes::all(0.0), Lanes::all(limit));
         for axis in 0..3 {
-            let (near, far) = (&self.bounds[probe.near[axis]], &self.bounds[(probe.near[axis] + 3) % 6]);
-            let (origin, inverse) = (probe.origin[axis], probe.inverse[axis]);
-            for child in 0..WIDTH {
-                // A NaN (origin on a bound, ray along it) sets no bound.
-                let from = (near[child] - origin) * inverse;
-                let to = (far[child] - origin) * inverse;
-                start[child] = if from > start[child] { from } else { start[child] };
-                end[child] = if to < end[child] { to } else { end[child] };
-            }
+            let near = probe.near[axis];
+            let far = if near < 3 { near + 3 } else { near - 3 };
+            let (origin, inverse) = (Lanes::all(probe.sieved.origin[axis]), Lanes::all(probe.inverse[axis]));
+            // A NaN (origin on a bound, ray along it) sets no bound.
+            start = start.or_larger((Lanes::from(self.bounds[near]) - origin) * inverse);
+            end = end.or_smaller((Lanes::from(self.bounds[far]) - origin) * inverse);
         }
-        std::array::from_fn(|child| if start[child] <= end[child] { start[child] } else { f32::INFINITY })
+        (start, !start.larger(end) & ((1 << LANES) - 1))
     }
 }
 
 struct Builder<'a> {
     boxes: &'a [Aabb],
-    nodes: Vec<Node>,
-    centre: Vec3,
-    margin: f64,
+    outlines: &'a [Outline],
+    tree: &'a mut Bvh,
 }
 
 impl Builder<'_> {
-    /// Builds the node over a range of bodies, which begins at `first` in the whole order, and returns its number.
-    fn build(&mut self, order: &mut [u32], first: usize, level: u32) -> u32 {
+    /// Builds the node over a range of bodies, and returns its number.
+    fn build(&mut self, order: &mut [u32], level: u32) -> u32 {
         // Cut the child with the largest area until there are enough children.
         let mut cuts = vec![0, order.len()];
-        while cuts.len() <= WIDTH {
+        while cuts.len() <= LANES {
             let area = |child: usize| self.bounds(&order[cuts[child]..cuts[child + 1]]).surface_area();
-            let cuttable =
-                (0..cuts.len() - 1).filter(|&child| cuts[child + 1] - cuts[child] > LEAF_BODIES_MAX);
+            let cuttable = (0..cuts.len() - 1).filter(|&child| cuts[child + 1] - cuts[child] > LANES);
             let areas = cuttable.map(|child| (child, area(child)));
             let largest = areas.reduce(|best, one| if one.1 > best.1 { one } else { best });
             let Some((child, _)) = largest else { break };
-            let range = &mut order[cuts[child]..cuts[child + 1]];
-            let left = self.cut(range, level);
+            let left = self.cut(&mut order[cuts[child]..cuts[child + 1]], level);
             cuts.insert(child + 1, cuts[child] + left);
         }
-        let index = self.nodes.len();
-        self.nodes.push(Node { bounds: EMPTY_BOUNDS, children: [0; WIDTH] });
+        let index = self.tree.nodes.len();
+        self.tree.nodes.push(Node { bounds: EMPTY_BOUNDS, children: [0; LANES] });
         for child in 0..cuts.len() - 1 {
-            let (start, end) = (cuts[child], cuts[child + 1]);
-            let range = &mut order[start..end];
+            let range = &mut order[cuts[child]..cuts[child + 1]];
             let bounds = self.bounds(range);
-            let reference = if range.len() <= LEAF_BODIES_MAX {
-                LEAF | (range.len() as u32) << COUNT_SHIFT | (first + start) as u32
-            } else {
-                self.build(range, first + start, level + 1)
-            };
-            let node = &mut self.nodes[index];
+            let reference =
+                if range.len() <= LANES { self.leaf(range) } else { self.build(range, level + 1) };
+            let node = &mut self.tree.nodes[index];
             node.children[child] = reference;
             for axis in 0..3 {
-                node.bounds[axis][child] = (bounds.min[axis] - self.centre[axis] - self.margin) as f32;
-                node.bounds[axis + 3][child] = (bounds.max[axis] - self.centre[axis] + self.margin) as f32;
+                let relative = |bound: f64| bound - self.tree.middle[axis];
+                node.bounds[axis][child] = (relative(bounds.min[axis]) - self.tree.margin) as f32;
+                node.bounds[axis + 3][child] = (relative(bounds.max[axis]) + self.tree.margin) as f32;
             }
         }
         index as u32
+    }
+
+    fn leaf(&mut self, range: &[u32]) -> u32 {
+        let outlines: Vec<Outline> = range.iter().map(|&body| self.outlines[body as usize]).collect();
+        let sieve = Sieve::new(&outlines, &self.tree.middle, self.tree.sieve_margin);
+        let bodies = std::array::from_fn(|lane| range.get(lane).copied().unwrap_or(u32::MAX));
+        self.tree.leaves.push(Leaf { sieve, bodies });
+        LEAF | (self.tree.leaves.len() - 1) as u32
     }
 
     fn bounds(&self, range: &[u32]) -> Aabb {
@@ -291,7 +305,7 @@ fn costs(bins: &[(Aabb, usize); BINS]) -> impl Iterator<Item = (usize, f64)> {
 }
 
 /// Bounds that no ray runs through.
-const EMPTY_BOUNDS: [[f32; WIDTH]; 6] = {
-    let (low, high) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
+const EMPTY_BOUNDS: [[f32; LANES]; 6] = {
+    let (low, high) = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
     [low, low, low, high, high, high]
 };

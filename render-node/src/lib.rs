@@ -30,11 +30,13 @@ mod bvh;
 mod camera;
 mod film;
 mod frame;
+mod lanes;
 mod light;
 mod model;
 mod path;
 mod picture;
 mod sampler;
+mod sieve;
 mod world;
 
 pub mod node;

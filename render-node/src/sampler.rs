@@ -45,8 +45,8 @@ impl Sampler {
     /// Goes to a sample of a pixel; pixels are numbered row by row from the top left.
     pub fn start(&mut self, pixel: u64, sample: u32) {
         if sample == 0 || self.stream.get_stream() != pixel {
-            self.stream.set_stream(pixel);
             self.stream.set_word_pos(0);
+            self.stream.set_stream(pixel);
             for keys in &mut self.keys {
                 let mut word = || self.stream.next_u32();
                 *keys = PairKeys { shuffle: word(), first: word(), second: word() };

@@ -7,6 +7,7 @@ use crate::bvh::Bvh;
 use crate::light::AreaLight;
 use crate::model::{PlaneShape, RenderModel};
 use crate::path::{Ray, Vertex};
+use crate::sieve::Outline;
 use geometry::{Aabb, Circle, Vec3, plane, rotation, sphere, torus};
 use nalgebra::{Quaternion, UnitQuaternion};
 use schemas::state::BodyState;
@@ -109,7 +110,7 @@ impl<'a> World<'a> {
         let sphere_centres = spheres.iter().map(|state| Vec3::from(state.position_m)).collect();
         let ray_start = model.ray_start();
         let bodies = Bodies { model, rings: rings.collect(), sphere_centres, ray_start };
-        let bvh = Bvh::new(&bodies.boxes());
+        let bvh = Bvh::new(&bodies.boxes(), &bodies.outlines());
         Ok(World { model, bodies, bvh })
     }
 
@@ -275,6 +276,26 @@ impl Bodies<'_> {
         });
         let spheres = self.sphere_centres.iter().zip(&self.model.spheres);
         let spheres = spheres.map(|(centre, shape)| sphere::bounding_box(centre, shape.radius));
+        rings.chain(spheres).collect()
+    }
+
+    /// Outlines of all bodies for the sieve, by number.
+    fn outlines(&self) -> Vec<Outline> {
+        let rings = self.rings.iter().map(|ring| Outline {
+            centre: ring.centre,
+            normal: ring.normal,
+            outer_radius: ring.major_radius + ring.minor_radius,
+            half_height: ring.minor_radius,
+            hole_radius: ring.major_radius - ring.minor_radius,
+        });
+        let spheres = self.sphere_centres.iter().zip(&self.model.spheres);
+        let spheres = spheres.map(|(centre, shape)| Outline {
+            centre: *centre,
+            normal: Vec3::zeros(),
+            outer_radius: shape.radius,
+            half_height: f64::INFINITY,
+            hole_radius: -1.0,
+        });
         rings.chain(spheres).collect()
     }
 }

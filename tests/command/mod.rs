@@ -73,7 +73,8 @@ impl Place {
     /// Runs the command and expects an exit code; returns stdout and stderr as one text.
     pub fn expect(&self, code: i32, arguments: &[&str]) -> String {
         let output = self.run(arguments);
-        let text = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
+        let text =
+            [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
         assert_eq!(output.status.code(), Some(code), "chainmail {}\n{text}", arguments.join(" "));
         assert!(!text.contains("panicked") && !text.contains("RUST_BACKTRACE"), "{text}");
         text
@@ -93,7 +94,8 @@ pub struct Background {
 
 impl Background {
     pub fn start(mut command: Command) -> Background {
-        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the command starts");
+        let mut child =
+            command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the command starts");
         let stderr = child.stderr.take().expect("a pipe");
         Background { child, lines: BufReader::new(stderr).lines(), seen: String::new() }
     }
