@@ -87,7 +87,7 @@ fn ring_slides_with_the_difference() {
 #[test]
 fn sphere_rolls_down_without_slipping() {
     // Rolling solid sphere: a = g sin / (1 + 2/5), while tan a <= 3.5 mu.
-    let mut run = Run::new(&format!(
+    let mut run = Run::new(
         r#"
         [time]
         duration_s = 2.0
@@ -108,8 +108,8 @@ fn sphere_rolls_down_without_slipping() {
         normal = [0.0, 0.0, 1.0]
         offset_m = 0.0
         material = "rubber"
-        "#
-    ));
+        "#,
+    );
     run.steps(2000);
     let early = run.state.bodies[0].linear_velocity_m_per_s[0];
     run.finish();
@@ -119,6 +119,38 @@ fn sphere_rolls_down_without_slipping() {
     // The lever is the radius less half the penetration of m g / k = 9e-5 m: a part 1e-4 of it.
     let slip = body.linear_velocity_m_per_s[0] - 0.5 * body.angular_velocity_rad_per_s[1];
     check("slip over speed", (slip / body.linear_velocity_m_per_s[0]).abs(), 5e-4);
+}
+
+#[test]
+fn sliding_ring_on_its_edge_begins_to_roll() {
+    // It slides with -mu g and spins up until v = w (R + r); then it rolls with v0 / (1 + g), where
+    // g = I3 / (m (R + r)^2) = 0.73564, from the time v0 g / (mu g0 (1 + g)) on.
+    let (v0, mu, outer) = (2.0, 0.3, 1.18);
+    let share = (0.75 * 0.0324 + 1.0) / (outer * outer);
+    let head = format!(
+        "[forces]\n gravity_m_per_s2 = [0.0, 0.0, -{G}]\n [material.wire]\n \
+         line_stiffness_n_per_m2 = 1e6\n line_damping_n_s_per_m2 = 2e3\n friction_coefficient = {mu}\n \
+         friction_stiffness_n_per_m = 1e5\n \
+         [[plane]]\n normal = [0.0, 0.0, 1.0]\n offset_m = 0.0\n material = \"wire\""
+    );
+    let ring = format!(
+        "position_m = [0.0, 0.0, {outer}]\n orientation = [-0.7071067811865476, 0.0, 0.0, 0.7071067811865476]\n \
+         linear_velocity_m_per_s = [{v0:?}, 0.0, 0.0]"
+    );
+    let rolls_after = v0 * share / (mu * G * (1.0 + share));
+    for integrator in ["verlet", "rk4"] {
+        let mut run = Run::new(&one_ring(1e-4, 1.2 * rolls_after, integrator, &head, &ring));
+        let while_sliding = (0.5 * rolls_after / 1e-4) as u64;
+        run.steps(while_sliding);
+        let speed = run.state.bodies[0].linear_velocity_m_per_s[0];
+        let expected = v0 - mu * G * while_sliding as f64 * 1e-4;
+        // The ring was set down at no penetration, so the normal force needs some milliseconds to be m g.
+        check(&format!("{integrator}: sliding speed"), (speed / expected - 1.0).abs(), 2e-3);
+        run.finish();
+        let speed = run.state.bodies[0].linear_velocity_m_per_s[0];
+        // The lever is shorter by the penetration of 3e-4 m, and the last slip is stretched into the spring.
+        check(&format!("{integrator}: rolling speed"), (speed * (1.0 + share) / v0 - 1.0).abs(), 2e-3);
+    }
 }
 
 #[test]
