@@ -18,10 +18,11 @@ const HEURISTIC_LEVELS: u32 = 12;
 /// Entries that wait while one child is visited: three a level.
 const STACK_SIZE: usize = 3 * 26;
 
-/// Widening of a box in parts of the scene's largest half extent H.
+/// Widening of a box in parts of D, the half diagonal of all bodies' bounds.
 ///
-/// With `u = 2^-24`, the bound of a box, the origin (both at most H) and their difference (at most 2 H) carry errors
-/// of `u H`, `u H` and `2 u H`; the inverse direction and the product add `2 u` of 2 H: together 8 u H = 4.8e-7 H.
+/// All places are relative to the middle of the bounds. A probe that meets a body begins at most `sqrt(2) D` from there.
+/// With `u = 2^-24`, a bound carries an error of `u D`, the probe's origin of `1.4 u D`, their difference of `2.4 u D`, and
+/// the inverse direction and the product add `3 u` of 2.4 D: together 12 u D = 7.3e-7 D.
 const MARGIN: f64 = 2e-6;
 
 /// Marks a child that is a leaf; the other bits are its number, or that of a node.
@@ -46,38 +47,35 @@ struct Leaf {
 pub(crate) struct Bvh {
     nodes: Vec<Node>,
     leaves: Vec<Leaf>,
-    /// Around everything, widened.
-    bounds: Aabb,
-    /// Boxes and sieves are relative to this point.
+    /// Boxes and sieves are relative to this point, the middle of the bounds of all bodies.
     middle: Vec3,
+    half_diagonal: f64,
     margin: f64,
     sieve_margin: f64,
 }
 
-/// A ray, prepared for `f32`; it begins where it enters the tree's bounds.
+/// A ray, prepared for `f32`; it begins where it comes near the bodies.
 struct Probe {
     sieved: SievedRay,
     inverse: [f32; 3],
     /// Which of the bounds is the nearer one, for each axis.
     near: [usize; 3],
-    /// Ray parameter of the entry.
+    /// Ray parameter of the probe's origin.
     entry: f64,
 }
 
 impl Bvh {
     /// The tree over bodies with these boxes and outlines.
     pub(crate) fn new(boxes: &[Aabb], outlines: &[Outline]) -> Bvh {
-        let mut bounds = boxes.iter().fold(Aabb::EMPTY, |all, one| all.union(one));
-        let (middle, half) = if boxes.is_empty() {
-            (Vec3::zeros(), Vec3::zeros())
+        let bounds = boxes.iter().fold(Aabb::EMPTY, |all, one| all.union(one));
+        let (middle, half_diagonal) = if boxes.is_empty() {
+            (Vec3::zeros(), 0.0)
         } else {
-            (bounds.centre(), (bounds.max - bounds.min) * 0.5)
+            (bounds.centre(), 0.5 * (bounds.max - bounds.min).norm())
         };
-        let largest = half.iter().fold(0.0, |most, &extent| if extent > most { extent } else { most });
-        let (margin, sieve_margin) = (MARGIN * largest, sieve::margin(half.norm()));
-        bounds.min -= Vec3::repeat(margin);
-        bounds.max += Vec3::repeat(margin);
-        let mut tree = Bvh { nodes: Vec::new(), leaves: Vec::new(), bounds, middle, margin, sieve_margin };
+        let (margin, sieve_margin) = (MARGIN * half_diagonal, sieve::margin(half_diagonal));
+        let mut tree =
+            Bvh { nodes: Vec::new(), leaves: Vec::new(), middle, half_diagonal, margin, sieve_margin };
         if !boxes.is_empty() {
             let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
             Builder { boxes, outlines, tree: &mut tree }.build(&mut order, 0);
@@ -87,7 +85,10 @@ impl Bvh {
 
     /// The nearest of `best` and the first hits of all bodies.
     pub(crate) fn closest(&self, bodies: &Bodies, ray: &Ray, best: Option<Hit>) -> Option<Hit> {
-        let Some(probe) = self.probe(ray) else { return best };
+        if self.nodes.is_empty() {
+            return best;
+        }
+        let probe = self.probe(ray);
         let limit = |best: &Option<Hit>| best.map_or(f32::MAX, |hit| self.limit(&probe, hit.distance));
         let mut best = best;
         self.traverse(&probe, limit(&best), |body| {
@@ -99,7 +100,10 @@ impl Bvh {
 
     /// Whether any body is hit before a distance.
     pub(crate) fn any(&self, bodies: &Bodies, ray: &Ray, distance: f64) -> bool {
-        let Some(probe) = self.probe(ray) else { return false };
+        if self.nodes.is_empty() {
+            return false;
+        }
+        let probe = self.probe(ray);
         let limit = self.limit(&probe, distance);
         let mut found = false;
         self.traverse(&probe, limit, |body| {
@@ -110,15 +114,19 @@ impl Bvh {
     }
 
     #[inline]
-    fn probe(&self, ray: &Ray) -> Option<Probe> {
-        let inverse = ray.direction.map(|component| 1.0 / component);
-        let (entry, _) = self.bounds.ray_interval(&ray.origin, &inverse, 0.0, f64::INFINITY)?;
-        let origin = ray.origin + ray.direction * entry - self.middle;
+    fn probe(&self, ray: &Ray) -> Probe {
+        // In f64 to where the ray comes within D of its point nearest to the middle: so far from all bodies that none
+        // is met before, and so near that f32 can tell them apart.
+        let to_middle = self.middle - ray.origin;
+        let nearest = to_middle.dot(&ray.direction);
+        let entry = if nearest > self.half_diagonal { nearest - self.half_diagonal } else { 0.0 };
+        let origin = ray.direction * entry - to_middle;
         let single = |v: &Vec3| [v.x as f32, v.y as f32, v.z as f32];
+        let direction = single(&ray.direction);
+        let inverse = direction.map(|component| 1.0 / component);
         let near = std::array::from_fn(|axis| if inverse[axis] < 0.0 { axis + 3 } else { axis });
-        let margin = self.sieve_margin as f32;
-        let sieved = SievedRay { origin: single(&origin), direction: single(&ray.direction), margin };
-        Some(Probe { sieved, inverse: single(&inverse), near, entry })
+        let sieved = SievedRay { origin: single(&origin), direction, margin: self.sieve_margin as f32 };
+        Probe { sieved, inverse, near, entry }
     }
 
     /// A distance along the ray as a limit of boxes: no box that holds a hit up to it begins beyond.

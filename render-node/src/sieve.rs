@@ -9,11 +9,10 @@ use geometry::Vec3;
 
 /// Widening of a body in parts of D, the half diagonal of the tree's bounds.
 ///
-/// With `u = 2^-24` and all places relative to the middle of the bounds: the centre and the ray's origin carry errors of
-/// at most `u D`, their difference of `4 u D`, and the direction moves a point at most 2 D away by `4 u D`; the distance
-/// `s` of the closest approach is wrong by at most 17 u D, and the vector `q` there by 15 u D. `q` is not quite
-/// perpendicular to the direction: that shifts the part of the ray within the ball by at most 25 u D. 64 u D = 3.8e-6 D
-/// covers each of them twice over.
+/// With `u = 2^-24`, and the ray's origin at most 1.4 D from the middle: a centre carries an error of `u D`, the origin of
+/// `1.4 u D`, their difference m of `2.4 u D`, and the direction moves a point 2.4 D away by `2.4 u D`. So the distance s of
+/// the closest approach is wrong by at most 15 u D, the vector q there by 11 u D, and as q is not quite perpendicular to the
+/// direction, the part of the ray within the ball is shifted by 16 u D. 64 u D = 3.8e-6 D covers each of them four times.
 const MARGIN: f64 = 4e-6;
 
 /// A body as the sieve sees it. World frame.
