@@ -148,7 +148,9 @@ pub struct Saved(pub Counts);
 impl std::fmt::Display for Saved {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Counts { step_records, states, frames, .. } = self.0;
-        write!(f, "{step_records} step records, {states} states and {frames} frames")
+        let plural = |count| if count == 1 { "" } else { "s" };
+        write!(f, "{step_records} step record{}, ", plural(step_records))?;
+        write!(f, "{states} state{} and {frames} frame{}", plural(states), plural(frames))
     }
 }
 

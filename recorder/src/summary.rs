@@ -219,8 +219,10 @@ impl fmt::Display for Summary {
         let mut line = |label: &str, value: String| writeln!(f, "{label:<12} {value}");
         line("log", format!("{} ({})", self.file, bytes_text(self.file_bytes)))?;
         line("written by", format!("{} {}, seed {}", self.program, self.version, self.seed))?;
-        let plural = |count: usize, name: &str| format!("{count} {name}{}", if count == 1 { "" } else { "s" });
-        let spheres = if self.spheres > 0 { format!(", {}", plural(self.spheres, "sphere")) } else { String::new() };
+        let plural =
+            |count: usize, name: &str| format!("{count} {name}{}", if count == 1 { "" } else { "s" });
+        let spheres =
+            if self.spheres > 0 { format!(", {}", plural(self.spheres, "sphere")) } else { String::new() };
         line("bodies", format!("{}{spheres}", plural(self.rings, "ring")))?;
         let planned = if self.steps == self.steps_planned {
             String::new()

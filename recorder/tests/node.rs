@@ -221,3 +221,46 @@ fn what_breaks_a_promise_ends_the_recording_with_what_was_good() {
     let _ = simulator.join().expect("no panic");
     assert_eq!(Log::open(&out).expect("a log").count(Kind::Step), 3);
 }
+
+#[test]
+fn stopped_before_the_simulator_ends_the_log_is_finished_all_the_same() {
+    let run = Run { renderer: false, ..Run::default() };
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("log.mcap");
+    let bus = BusName::unique();
+    let (done, wait_until_done) = std::sync::mpsc::channel::<()>();
+    let simulator = std::thread::spawn({
+        let bus = bus.clone();
+        move || -> Result<(), BusError> {
+            let bus = Bus::join(&bus, Role::Simulator, Arc::default())?;
+            let open = |kind: Kind| Publisher::open(&bus, topic_of(kind), &[Role::Recorder], 1 << 16);
+            let mut publishers =
+                [open(Kind::Scene)?, open(Kind::State)?, open(Kind::Step)?, open(Kind::End)?];
+            bus.handshake(&mut publishers.iter_mut().collect::<Vec<_>>(), &mut [])?;
+            let [scene, states, steps, ..] = &run.messages().0;
+            publishers[0].send(0, &scene[0].bytes)?;
+            publishers[1].send(0, &states[0].bytes)?;
+            publishers[2].send(0, &steps[0].bytes)?;
+            // It hangs: neither a further step nor an end.
+            let _ = wait_until_done.recv();
+            Ok(())
+        }
+    });
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    let options = RecordOptions { no_render: true, ..options(&bus, &out) };
+    let error = record(&options, stop, &mut |progress| {
+        if progress != Progress::Waiting {
+            flag.store(true, Ordering::Relaxed);
+        }
+    });
+    let error = error.expect_err("the run did not end");
+    assert!(error.to_string().contains("stopped before the simulator had ended"), "{error}");
+    assert!(
+        error.to_string().contains("1 step record, 1 state and 0 frames") && error.exit_code() == 3,
+        "{error}"
+    );
+    assert_eq!(Log::open(&out).expect("a log").health(), Health::Unfinished);
+    drop(done);
+    simulator.join().expect("no panic").expect("it was waited for");
+}

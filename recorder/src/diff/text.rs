@@ -2,10 +2,14 @@
 
 use super::{Diff, FieldDifference, FrameDifference, KeyDifference, StateDifference, Verdict};
 use crate::summary::outcome_text;
+use schemas::end::End;
 use std::fmt;
 
 /// Keys that are listed of each half of the scene; the others are counted.
 const KEYS_LISTED_MAX: usize = 12;
+
+/// Fields of a state that are told; JSON has some more.
+const FIELDS_TOLD_MAX: usize = 6;
 
 impl fmt::Display for Diff {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -31,16 +35,28 @@ impl fmt::Display for Diff {
         if a != b {
             write!(f, "\nsteps    {} and {}", a.saturating_sub(1), b.saturating_sub(1))?;
         }
-        if let Some([a, b]) = &self.ends {
-            let text = |end: &Option<schemas::end::End>| outcome_text(end.as_ref().map(|end| &end.outcome));
-            write!(f, "\nend      {}; {}", text(a), text(b))?;
-        }
+        self.write_ends(f)?;
         self.write_first(f)?;
         self.frames.as_ref().map_or(Ok(()), |frames| write_frames(f, frames))
     }
 }
 
 impl Diff {
+    /// How the runs ended. Their last hashes are told only if nothing else shows where the runs part.
+    fn write_ends(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some([a, b]) = &self.ends else { return Ok(()) };
+        let told =
+            [a, b].map(|end| end.as_ref().map(|end| (&end.outcome, end.step_count, end.keyframe_count)));
+        if told[0] != told[1] {
+            let [a, b] = told.map(|told| outcome_text(told.map(|(outcome, ..)| outcome)));
+            write!(f, "\nend      {a}; {b}")?;
+        } else if self.first.is_none() {
+            let hash = |end: &Option<End>| end.as_ref().map(|end| end.chained_hash.short());
+            write!(f, "\nend      chained hash {} and {}", text_of(hash(a)), text_of(hash(b)))?;
+        }
+        Ok(())
+    }
+
     fn write_first(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Some(first) = &self.first else {
             let [a, b] = self.step_records;
@@ -75,16 +91,17 @@ impl Diff {
 }
 
 fn write_keys(f: &mut fmt::Formatter<'_>, label: &str, keys: &[KeyDifference]) -> fmt::Result {
-    let text = |value: &Option<serde_json::Value>| {
-        value.as_ref().map_or("not there".to_owned(), |value| value.to_string())
-    };
     for KeyDifference { key, a, b } in keys.iter().take(KEYS_LISTED_MAX) {
-        write!(f, "\n{label:<8} {key}: {} and {}", text(a), text(b))?;
+        write!(f, "\n{label:<8} {key}: {} and {}", text_of(a.as_ref()), text_of(b.as_ref()))?;
     }
     if keys.len() > KEYS_LISTED_MAX {
         write!(f, "\n{label:<8} and {} keys more", keys.len() - KEYS_LISTED_MAX)?;
     }
     Ok(())
+}
+
+fn text_of(value: Option<impl fmt::Display>) -> String {
+    value.map_or("not there".to_owned(), |value| value.to_string())
 }
 
 fn write_state(f: &mut fmt::Formatter<'_>, state: &StateDifference, first: u64) -> fmt::Result {
@@ -96,7 +113,9 @@ fn write_state(f: &mut fmt::Formatter<'_>, state: &StateDifference, first: u64) 
             write!(f, "\nstate    {a} {what} and {b}")?;
         }
     }
-    for FieldDifference { owner, field, component, a, b, a_bits, b_bits, ulp, .. } in &state.fields {
+    for FieldDifference { owner, field, component, a, b, a_bits, b_bits, ulp, .. } in
+        state.fields.iter().take(FIELDS_TOLD_MAX)
+    {
         let dot = if component.is_empty() { "" } else { "." };
         write!(f, "\nfield    {owner}, {field}{dot}{component}: {a:?} and {b:?} ({a_bits}, {b_bits}")?;
         match ulp {
@@ -131,7 +150,7 @@ fn write_frames(f: &mut fmt::Formatter<'_>, frames: &FrameDifference) -> fmt::Re
     if let Some([[width_a, height_a], [width_b, height_b]]) = frames.sizes {
         write!(f, "\npixels   {width_a} x {height_a} and {width_b} x {height_b}: not compared")?;
     }
-    if let Some(error) = &frames.error {
+    if let Some(error) = frames.error.filter(|error| error.max > 0) {
         write!(f, "\npixels   {:.4} of 255 apart on average, {} at most", error.mean, error.max)?;
     }
     Ok(())
