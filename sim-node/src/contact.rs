@@ -144,10 +144,11 @@ pub(crate) struct Pair<'a> {
 }
 
 impl Pair<'_> {
-    /// The rate at which penetration grows at a point of A given by its lever.
+    /// The rate at which penetration grows at a point of A, given the normal and lever x normal:
+    /// `(v + w x lever) . n = v . n + w . (lever x n)`.
     #[inline]
-    fn rate(&self, lever: &Vec3, normal: &Vec3) -> f64 {
-        -(self.relative.linear + self.relative.angular.cross(lever)).dot(normal)
+    fn rate(&self, normal: &Vec3, turn: &Vec3) -> f64 {
+        -(self.relative.linear.dot(normal) + self.relative.angular.dot(turn))
     }
 }
 
@@ -200,14 +201,19 @@ impl Patch {
         cos_sin: (f64, f64),
     ) {
         let elastic = pair.law.stiffness * node.penetration * node.length;
+        // The torque of a unit push along the normal; the rate of penetration needs it too.
+        let turn = node.lever.cross(&node.normal);
         let mut force = elastic;
         if DAMPED {
-            let rate = pair.rate(&node.lever, &node.normal);
+            let rate = pair.rate(&node.normal, &turn);
             let implicit = pair.implicit * node.arc_length;
             force = pair.law.push(node.penetration, rate, implicit) * node.length;
-            self.lost.push(&node.lever, node.normal * (force - elastic));
+            let lost = force - elastic;
+            self.lost.force += node.normal * lost;
+            self.lost.torque += turn * lost;
         }
-        self.wrench.push(&node.lever, node.normal * force);
+        self.wrench.force += node.normal * force;
+        self.wrench.torque += turn * force;
         self.energy += 0.5 * elastic * node.penetration;
         self.normal_force += force;
         if node.penetration > self.penetration {
