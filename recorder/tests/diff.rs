@@ -291,6 +291,23 @@ fn a_cut_log_is_compared_as_far_as_it_goes() {
     }
 }
 
+#[test]
+fn an_altered_step_record_is_damage_and_no_divergence() {
+    let original = RUN.log_bytes();
+    let mut altered = original.clone();
+    let record = open("a", original.clone()).step_message(9).expect("a record").bytes.into_owned();
+    let at = altered.windows(record.len()).position(|window| window == record).expect("it lies in the file");
+    // A digit of the first energy: the record still parses.
+    let digit = record.windows(18).position(|window| window == b"\"kinetic_energy_j\"").expect("a key") + 19;
+    altered[at + digit] ^= 1;
+    let found = compare(original, altered);
+    assert_eq!(found.verdict, Verdict::Damaged);
+    assert!(found.notes.iter().any(|note| note.contains("b.mcap") && note.contains("CRC")), "{found}");
+    let first = found.first.expect("a difference");
+    assert_eq!((first.step, first.stage, first.state, found.growth), (9, None, None, Vec::new()));
+    assert_eq!(first.record[0].key, "kinetic_energy_j");
+}
+
 /// The run's log with other pictures: `change` gives a frame's PNG and whether its film differs.
 fn with_pictures(change: impl Fn(usize) -> Option<Vec<u8>>) -> Vec<u8> {
     let mut messages = RUN.in_order();

@@ -114,8 +114,8 @@ pub fn diff(a: &Log, b: &Log) -> Diff {
         return diff;
     };
     diff.first = first_step(&sides, rings);
-    if let Some(first) = &diff.first {
-        diff.growth = states::growth(&sides, first.state.as_ref().map_or(first.step, |state| state.step));
+    if let Some(state) = diff.first.as_ref().and_then(|first| first.state.as_ref()) {
+        diff.growth = states::growth(&sides, state.step);
     }
     let ends = [0, 1].map(|side| sides[side].end());
     if ends[0] != ends[1] {

@@ -69,6 +69,9 @@ impl Diff {
         write!(f, "\nfirst    step {}", first.step)?;
         match first.stage {
             Some(stage) => write!(f, ", stage {stage}")?,
+            None if first.record.is_empty() && first.state.is_none() => {
+                write!(f, ", the bytes of its record; the states are the same")?;
+            }
             None => write!(f, ", all stage hashes agree")?,
         }
         // The hashes differ whenever anything does; what they were made of says more.
