@@ -195,10 +195,19 @@ fn conclude(running: &[Running], first_failed: Option<usize>) -> Result<Ended, F
             (false, false) => Ended::Done,
         });
     };
-    // Of a process that was killed the others complain, and one of them may have been reaped before it.
-    let killed_by_others =
+    // The others complain of whoever was lost, and one of them may have been reaped first. So: a process that
+    // somebody killed, else one that failed for a reason of its own, else the first.
+    let signalled =
         |part: &&Running| part.exited.and_then(|status| status.signal()).is_some() && !part.killed_by_us;
-    let part = running.iter().find(killed_by_others).unwrap_or(&running[first]);
+    let has_own_reason = |part: &&Running| {
+        let failed = !matches!(part.exited.and_then(|status| status.code()), Some(0 | 1));
+        let is_echo =
+            |said: &String| [" was lost", "interrupted", "stopped"].iter().any(|word| said.contains(word));
+        failed && part.diagnostics.last().is_some_and(|said| !is_echo(said))
+    };
+    let mut parts = std::iter::once(&running[first]).chain(running);
+    let part =
+        parts.clone().find(signalled).or_else(|| parts.find(has_own_reason)).unwrap_or(&running[first]);
     let name = part.role.name();
     let status = part.exited.unwrap_or_default();
     let said = part

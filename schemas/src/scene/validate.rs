@@ -192,7 +192,8 @@ fn validate_render(render: &Render) -> Result<(), SceneError> {
     }
     let view: [f64; 3] = std::array::from_fn(|axis| camera.look_at_m[axis] - camera.position_m[axis]);
     let side = cross(&view, &camera.up);
-    if !(norm(&side) > 1e-9 * norm(&view) * norm(&camera.up)) {
+    // All of them are finite: that was checked above.
+    if norm(&side) <= 1e-9 * norm(&view) * norm(&camera.up) {
         let value = format!("{:?}", camera.up);
         return Err(refuse(
             "render.camera.up",
