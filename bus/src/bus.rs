@@ -48,11 +48,17 @@ pub(crate) struct Shared {
     wakes: Vec<WakeService>,
     /// Answers to this process's hellos that have come and nobody has asked for yet.
     answers: RefCell<BTreeSet<usize>>,
-    node: Node<ipc::Service>,
+    _node: Node<ipc::Service>,
     pub(crate) role: Role,
     pub(crate) stop: Arc<AtomicBool>,
     pub(crate) roster: Arc<Roster>,
-    _claim: Claim,
+    claim: Claim,
+}
+
+impl Drop for Shared {
+    fn drop(&mut self) {
+        self.claim.begin_to_leave();
+    }
 }
 
 impl Bus {
@@ -107,11 +113,11 @@ impl Bus {
             topics,
             wakes,
             answers: RefCell::default(),
-            node,
+            _node: node,
             role,
             stop,
             roster,
-            _claim: claim,
+            claim,
         })))
     }
 
@@ -144,8 +150,6 @@ impl Bus {
                 let names: Vec<_> = missing.into_iter().map(Role::name).collect();
                 return Err(BusError::Stopped { waiting_for: format!("the {}", names.join(" and the ")) });
             }
-            // A killed process's ports count as there, and take the places of its successor's.
-            self.0.node.try_cleanup_dead_nodes();
             self.wait(WAIT_MAX)?;
         }
     }

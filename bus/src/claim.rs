@@ -61,6 +61,8 @@ pub(crate) struct Claim {
     roster: Arc<Roster>,
     /// Locked as long as the claim lives.
     locked: File,
+    /// Held while this process leaves.
+    door: Option<Door>,
 }
 
 impl Claim {
@@ -90,7 +92,19 @@ impl Claim {
         if let Some(_others) = lock_all(&roster, Some(role)) {
             wipe(name)?;
         }
-        Ok((Claim { name: name.clone(), roster, locked }, door))
+        Ok((Claim { name: name.clone(), roster, locked, door: None }, door))
+    }
+
+    /// Waits for the door, to go before the claim does: what joining made is then taken down while nobody
+    /// else joins or leaves.
+    pub(crate) fn begin_to_leave(&mut self) {
+        if self.door.is_none() {
+            // The claim keeps the directory at its place, so the door is still the right one.
+            match Door::pass(&self.name.root_dir(), false) {
+                Ok(door) => self.door = Some(door),
+                Err(error) => tracing::warn!("leaving bus {} without its door: {error}", self.name),
+            }
+        }
     }
 
     /// Who else is there.
@@ -101,16 +115,13 @@ impl Claim {
 
 impl Drop for Claim {
     fn drop(&mut self) {
-        // The claim keeps the directory at its place, so the door is still the right one.
-        let cleaned = Door::pass(&self.name.root_dir(), false).and_then(|_door| {
-            let _ = self.locked.unlock();
-            if let Some(_all) = lock_all(&self.roster, None) {
-                wipe(&self.name)?;
-                remove_root_dir(&self.name)?;
-            }
-            Ok(())
-        });
-        if let Err(error) = cleaned {
+        self.begin_to_leave();
+        // Without the door, somebody has held it for too long; whoever leaves later cleans up.
+        let Some(_door) = self.door.take() else { return };
+        let _ = self.locked.unlock();
+        if let Some(_all) = lock_all(&self.roster, None)
+            && let Err(error) = wipe(&self.name).and_then(|()| remove_root_dir(&self.name))
+        {
             tracing::warn!("leftovers of bus {} may stay: {error}", self.name);
         }
     }

@@ -98,7 +98,9 @@ impl Publisher {
 
     /// One round of the handshake; returns who is still missing.
     pub(crate) fn shake_hands(&mut self) -> Result<Vec<Role>, BusError> {
-        let present = self.subscriber_ports();
+        let mut present = self.subscriber_ports();
+        // A killed process's ports stay until somebody cleans up after it.
+        present.retain(|(role, _)| self.shared.roster.alive(*role));
         let Stage::Connecting { round, greeted, answered } = &mut self.stage else { return Ok(Vec::new()) };
         for role in &self.subscribers {
             if *round > 0 && self.shared.take_answer(answer_event(self.topic, *role, *round)) {
@@ -113,8 +115,7 @@ impl Publisher {
             self.deliver(KIND_START, 0, 0, &[])?;
             return Ok(Vec::new());
         }
-        let roles: Vec<Role> = present.iter().map(|(role, _)| *role).collect();
-        let all_there = roles == self.subscribers && roles.iter().all(|role| self.shared.roster.alive(*role));
+        let all_there = present.iter().map(|(role, _)| role).eq(&self.subscribers);
         if *greeted != present && all_there {
             // Everyone is asked again, as an old answer does not show that a new connection works.
             *round += 1;
