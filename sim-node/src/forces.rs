@@ -6,12 +6,12 @@
 
 use crate::Model;
 use crate::contact::{
-    Contact, Pair, PairForce, Velocity, Wrench, relative_velocity, ring_plane, ring_ring, ring_sphere,
-    sphere_plane, sphere_sphere,
+    Contact, Pair, PairForce, ring_plane, ring_ring, ring_sphere, sphere_plane, sphere_sphere,
 };
 use crate::friction::Slip;
 use crate::material::PairMaterial;
 use crate::neighbours::Neighbours;
+use crate::wrench::{Velocity, Wrench, relative_velocity};
 use geometry::{Circle, Vec3};
 use rayon::prelude::*;
 use schemas::scene::Integrator;

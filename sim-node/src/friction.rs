@@ -14,7 +14,8 @@
 //! S. Luding, "Cohesive, frictional powders: contact models for tension", Granular Matter 10 (2008), section
 //! 2.3. Deviations: static and dynamic coefficients are equal; damping is tied to the normal law's.
 
-use crate::contact::{Pair, Velocity};
+use crate::contact::Pair;
+use crate::wrench::Velocity;
 use geometry::Vec3;
 use schemas::state::ContactState;
 

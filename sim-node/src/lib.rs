@@ -24,6 +24,7 @@ mod stability;
 mod state;
 mod step;
 mod verlet;
+mod wrench;
 
 pub use body::{Body, Shape};
 pub use model::{BodyName, Compile, HalfSpace, Model, ModelError};

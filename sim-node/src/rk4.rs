@@ -14,9 +14,9 @@
 //! (1901): weights 1/6, 1/3, 1/3, 1/6 at times 0, 1/2, 1/2, 1.
 
 use crate::body::Body;
-use crate::contact::{Velocity, Wrench};
 use crate::forces::{Evaluation, SlipMotion};
 use crate::state::Motion;
+use crate::wrench::{Velocity, Wrench};
 use crate::{Model, Scratch, State};
 use geometry::{Circle, Vec3};
 use nalgebra::{Quaternion, UnitQuaternion};

@@ -1,9 +1,9 @@
 //! Memory that a step works in, made once.
 
 use crate::Model;
-use crate::contact::Velocity;
 use crate::forces::{Evaluation, Moment};
 use crate::rk4::Rk4Scratch;
+use crate::wrench::Velocity;
 use geometry::{Circle, Vec3};
 use nalgebra::UnitQuaternion;
 use schemas::scene::Integrator;

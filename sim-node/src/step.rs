@@ -3,7 +3,7 @@
 use crate::forces::SlipMotion;
 use crate::model::BodyName;
 use crate::state::Motion;
-use crate::{Model, Scratch, State, contact::Velocity, rk4, verlet};
+use crate::{Model, Scratch, State, rk4, verlet, wrench::Velocity};
 use geometry::Circle;
 use schemas::scene::Integrator;
 use schemas::state::BodyState;

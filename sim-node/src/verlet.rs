@@ -15,9 +15,9 @@
 //! with a rate that damping itself has slowed (see `contact`). Both are first order in the step.
 
 use crate::body::Body;
-use crate::contact::{Velocity, Wrench};
 use crate::forces::{Evaluation, SlipMotion};
 use crate::state::{Motion, renormalised};
+use crate::wrench::{Velocity, Wrench};
 use crate::{Model, Scratch, State};
 use geometry::{Circle, Vec3, rotation};
 use nalgebra::UnitQuaternion;
