@@ -203,28 +203,31 @@ impl Shared {
         self.answers.borrow_mut().remove(&event)
     }
 
-    /// Wakes `role`'s process with an event. A role that nobody plays yet is not an error: it will look by
-    /// itself when it comes.
-    pub(crate) fn notify(&self, role: Role, event: usize) -> Result<(), BusError> {
+    /// Wakes `role`'s process with an event. If that fails, the process looks by itself before long
+    /// ([`WAIT_MAX`]), and one that is not there yet looks when it comes.
+    pub(crate) fn notify(&self, role: Role, event: usize) {
+        let event = EventId::new(event);
         let mut notifiers = self.notifiers.borrow_mut();
         if let Some(notifier) = notifiers.get(&role)
-            && notifier.notify_with_custom_event_id(EventId::new(event)).is_ok_and(|reached| reached > 0)
+            && notifier.notify_with_custom_event_id(event).is_ok_and(|reached| reached > 0)
         {
-            return Ok(());
-        }
-        if !self.roster.alive(role) {
-            return Ok(());
+            return;
         }
         // A notifier looks for listeners again only when their list changes, so one that failed to open a
         // listener that was just being made would never wake it: make a new one.
         notifiers.remove(&role);
-        let refused =
-            |reason: &dyn std::fmt::Debug| BusError::transport(format!("waking the {}", role.name()), reason);
-        let wake = &self.wakes[role_index(role)];
-        let notifier = attempt(|| wake.notifier_builder().create()).map_err(|reason| refused(&reason))?;
-        notifier.notify_with_custom_event_id(EventId::new(event)).map_err(|reason| refused(&reason))?;
-        notifiers.insert(role, notifier);
-        Ok(())
+        if !self.roster.alive(role) {
+            return;
+        }
+        match attempt(|| self.wakes[role_index(role)].notifier_builder().create()) {
+            Ok(notifier) => {
+                if let Err(reason) = notifier.notify_with_custom_event_id(event) {
+                    tracing::warn!("the {} was not woken: {reason}", role.name());
+                }
+                notifiers.insert(role, notifier);
+            }
+            Err(reason) => tracing::warn!("the {} cannot be woken: {reason}", role.name()),
+        }
     }
 
     /// The service of a topic.
