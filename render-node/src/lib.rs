@@ -22,6 +22,16 @@
 //! assert_eq!(film.hash(), render(&model, &bodies, 0, scene.seed, NonZeroUsize::new(3).unwrap())?.hash());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! # How it works
+//! [`RenderModel::compile`] takes the `render` half of a scene and the shapes of its bodies. For each frame [`World`] puts
+//! the bodies into their places and builds a tree of boxes over them; then every pixel's paths are traced by one
+//! function, `PathTracer::radiance`. Rays are met exactly in `f64`; `f32` only culls, and wide of all rounding.
+//!
+//! # Limits
+//! Surfaces are Lambertian. Light reaches a surface from one area light a vertex, chosen uniformly, and from the sky. A ray
+//! leaves a surface 1e-6 of the smallest radius away from it, so coordinates should stay below 1e8 of the smallest radius. A
+//! body that is 1e5 times farther away than the others are large costs time: nothing is culled any more.
 
 // `!(x > 0.0)` is meant as written: a NaN must take the branch that finds nothing.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]

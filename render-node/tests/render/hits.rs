@@ -71,36 +71,83 @@ fn ray(dice: &mut Dice, kind: usize, world: &World, places: &[(Vec3, f64)]) -> R
     }
 }
 
+/// Compares the tree with asking every body, on rays of all kinds, and returns how many met a body and were blocked.
+fn compare(dice: &mut Dice, scene: &Scene, rays: usize) -> (usize, usize) {
+    let (model, _) = RenderModel::compile(scene);
+    let states = initial_state(scene);
+    let sizes = scene.rings.iter().map(|ring| ring.major_radius_m);
+    let sizes = sizes.chain(scene.spheres.iter().map(|sphere| sphere.radius_m));
+    let places: Vec<_> = states.iter().map(|state| Vec3::from(state.position_m)).zip(sizes).collect();
+    let world = World::new(&model, &states).expect("the state is the scene's");
+    let (mut met, mut blocked) = (0, 0);
+    for index in 0..rays {
+        let ray = ray(dice, index % 8, &world, &places);
+        let expected = world.closest_of_all(&ray);
+        assert_eq!(
+            bits(world.closest(&ray)),
+            bits(expected),
+            "{} bodies, ray {index}: {ray:?}",
+            states.len()
+        );
+        // The very distance of the first hit is the sharpest question: it must not block itself.
+        let distance = match expected {
+            Some(hit) if index % 3 == 0 => hit.distance,
+            Some(hit) => hit.distance * (0.5 + dice.unit()),
+            None => f64::INFINITY,
+        };
+        let expected_any = world.any_of_all(&ray, distance, None);
+        assert_eq!(
+            world.any(&ray, distance, None),
+            expected_any,
+            "{} bodies, ray {index}: {ray:?}",
+            states.len()
+        );
+        met += usize::from(expected.is_some_and(|hit| (hit.surface as usize) < states.len()));
+        blocked += usize::from(expected_any);
+    }
+    (met, blocked)
+}
+
 #[test]
 fn tree_equals_every_body_bit_for_bit() {
     let mut dice = Dice::new(1);
     for (rings, spheres, rays) in [(1, 0, 400), (0, 1, 400), (4, 1, 400), (30, 5, 2_000), (400, 60, 4_000)] {
         let scene = heap(&mut dice, rings, spheres);
-        let (model, _) = RenderModel::compile(&scene);
-        let states = initial_state(&scene);
-        let sizes = scene.rings.iter().map(|ring| ring.major_radius_m);
-        let sizes = sizes.chain(scene.spheres.iter().map(|sphere| sphere.radius_m));
-        let places: Vec<_> = states.iter().map(|state| Vec3::from(state.position_m)).zip(sizes).collect();
-        let world = World::new(&model, &states).expect("the state is the scene's");
-        let (mut met, mut blocked) = (0, 0);
-        for index in 0..rays {
-            let ray = ray(&mut dice, index % 8, &world, &places);
-            let expected = world.closest_of_all(&ray);
-            assert_eq!(bits(world.closest(&ray)), bits(expected), "{rings} rings, ray {index}: {ray:?}");
-            // The very distance of the first hit is the sharpest question: it must not block itself.
-            let distance = match expected {
-                Some(hit) if index % 3 == 0 => hit.distance,
-                Some(hit) => hit.distance * (0.5 + dice.unit()),
-                None => f64::INFINITY,
-            };
-            let expected_any = world.any_of_all(&ray, distance, None);
-            assert_eq!(world.any(&ray, distance, None), expected_any, "{rings} rings, ray {index}: {ray:?}");
-            met += usize::from(expected.is_some_and(|hit| (hit.surface as usize) < rings + spheres));
-            blocked += usize::from(expected_any);
-        }
+        let (met, blocked) = compare(&mut dice, &scene, rays);
         println!("{rings} rings, {spheres} spheres: {met} of {rays} rays met a body, {blocked} were blocked");
         assert!(met > rays / 8);
     }
+}
+
+#[test]
+fn tree_equals_every_body_far_from_the_origin_and_with_a_stray() {
+    let mut dice = Dice::new(3);
+    for (shift, stray) in [([1e6, -3e5, 2e4], None), ([0.0; 3], Some(1e3)), ([7.0, 1e3, 0.0], Some(1e8))] {
+        let mut scene = heap(&mut dice, 60, 10);
+        scene.planes.clear();
+        let places = scene.rings.iter_mut().map(|ring| &mut ring.position_m);
+        for place in places.chain(scene.spheres.iter_mut().map(|sphere| &mut sphere.position_m)) {
+            *place = std::array::from_fn(|axis| place[axis] + shift[axis]);
+        }
+        if let Some(distance) = stray {
+            scene.rings[7].position_m = [distance, 0.0, 0.0];
+        }
+        let (met, blocked) = compare(&mut dice, &scene, 2_000);
+        println!("shift {shift:?}, stray {stray:?}: {met} of 2000 rays met a body, {blocked} were blocked");
+        assert!(met > 200);
+    }
+}
+
+/// A weave is the densest case: every ring lies in its neighbours' boxes.
+#[test]
+fn tree_equals_every_body_in_a_weave() {
+    let mut dice = Dice::new(4);
+    let scene = scene(
+        "weave = [{ pattern = 'european-4-in-1', rows = 12, columns = 14, major_radius_m = 1.0, minor_radius_m = 0.18, ring_mass_kg = 1.0, material = 'a' }]",
+    );
+    let (met, blocked) = compare(&mut dice, &scene, 4_000);
+    println!("weave: {met} of 4000 rays met a ring, {blocked} were blocked");
+    assert!(met > 2_000);
 }
 
 #[test]
