@@ -43,6 +43,9 @@ struct InTheMaking {
     path: PathBuf,
     #[cfg(feature = "movie")]
     frames_per_second: f64,
+    /// Whether the first picture has been seen, by whose size a movie is begun or not.
+    #[cfg(feature = "movie")]
+    started: bool,
     #[cfg(feature = "movie")]
     movie: Option<Movie>,
 }
@@ -50,7 +53,7 @@ struct InTheMaking {
 #[cfg(feature = "movie")]
 fn movie_in(log: &Log, folder: &Path) -> Result<InTheMaking, Failure> {
     let frames_per_second = log.scene().map_err(log_file::failure)?.scene.time.frames_per_second;
-    Ok(InTheMaking { path: folder.join("movie.mp4"), frames_per_second, movie: None })
+    Ok(InTheMaking { path: folder.join("movie.mp4"), frames_per_second, started: false, movie: None })
 }
 
 #[cfg(not(feature = "movie"))]
@@ -64,11 +67,14 @@ impl InTheMaking {
         use crate::movie::Picture;
         let fail = |what| Failure::lost(format!("cannot make the movie: {what}; the frames are there"));
         let picture = Picture::from_png(png).map_err(fail)?;
-        let movie = match &mut self.movie {
-            Some(movie) => movie,
-            none => none.insert(Movie::create(&self.path, &picture, self.frames_per_second).map_err(fail)?),
-        };
-        movie.push(picture).map_err(fail)
+        if !self.started {
+            self.started = true;
+            match Movie::create(&self.path, &picture, self.frames_per_second) {
+                Ok(movie) => self.movie = Some(movie),
+                Err(reason) => eprintln!("warning: no movie: {reason}; the frames are there"),
+            }
+        }
+        self.movie.as_mut().map_or(Ok(()), |movie| movie.push(picture).map_err(fail))
     }
 
     #[cfg(feature = "movie")]

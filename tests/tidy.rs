@@ -148,8 +148,10 @@ fn nothing_is_switched_off_or_left_unfinished() {
         [["todo", "!("], ["unimplemented", "!("], ["#[ig", "nore"], ["thread::", "sleep("], ["dbg", "!("]]
             .map(|halves| halves.concat());
     for path in sources(root()) {
+        // A peer that is slow on purpose: its sleep is what is tested, not a wait for something.
+        let sleeps = path.ends_with("bus/examples/peer.rs");
         for (number, line) in lines_of_code(&path) {
-            for word in &words {
+            for word in words.iter().filter(|word| !(sleeps && word.starts_with("thread::"))) {
                 assert!(!line.contains(word.as_str()), "{}:{number}: {line}", path.display());
             }
         }

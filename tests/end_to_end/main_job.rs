@@ -1,8 +1,6 @@
 //! The main job across three processes: everything arrives, and the bits are the same every time.
 
-mod command;
-
-use command::{Place, end_of, message_counts};
+use crate::command::{Place, end_of, message_counts};
 
 #[test]
 fn run_writes_every_state_and_every_frame() {

@@ -1,8 +1,6 @@
 //! kill -9 of each process: nobody hangs, the log is whole up to what was flushed, the message names the loss.
 
-mod command;
-
-use command::{Background, Place, message_counts, signal};
+use crate::command::{self, Background, Place, message_counts, signal};
 use std::time::Instant;
 
 /// A run long enough to be interrupted at its first tenth: 240 frames.

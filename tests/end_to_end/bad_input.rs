@@ -1,8 +1,6 @@
 //! Bad input: a clear message, the right exit code, nothing of the user's lost, never a panic.
 
-mod command;
-
-use command::Place;
+use crate::command::{self, Place};
 
 #[test]
 fn scenes_that_cannot_be_used() {
@@ -16,7 +14,10 @@ fn scenes_that_cannot_be_used() {
         (&["run", "misspelt.toml"], &["misspelt.toml", "recrod", "did you mean \"record\"?"]),
         (&["run", "tiny.toml", "--set", "time.time_step_s=-1"], &["time.time_step_s", "-1", "positive"]),
         (&["run", "tiny.toml", "--set", "time.time_step_s=nan"], &["time.time_step_s", "NaN"]),
-        (&["run", "tiny.toml", "--set", "time.time_step_s=0.5"], &["time step", "0.5", "at most"]),
+        (
+            &["run", "tiny.toml", "--set", "time.time_step_s=0.5"],
+            &["time.time_step_s", "5e-1", "at most", "contacts of ring 1"],
+        ),
         (&["run", "tiny.toml", "--set", "weave.0.minor_radius_m=0.3"], &["ring 0", "ring 1", "gap"]),
         (&["run", "tiny.toml", "--set", "nonsense"], &["--set nonsense", "key.path=value"]),
         (&["sim", "tiny.toml", "--bus", "no spaces"], &["no spaces"]),

@@ -1,0 +1,6 @@
+//! Do the processes agree? The built command, run as a user runs it.
+
+mod bad_input;
+mod command;
+mod lost_process;
+mod main_job;
