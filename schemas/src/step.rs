@@ -18,7 +18,8 @@ pub struct StepRecord {
     pub kinetic_energy_j: f64,
     /// Potential energy in the field of gravity, zero at World's origin, in joules.
     pub gravity_energy_j: f64,
-    /// Energy stored in the contacts' normal springs at the step's force evaluation, in joules.
+    /// Energy stored in the contacts' normal springs, in joules: of the step's force evaluation, carried to the state
+    /// by the power of the elastic forces.
     pub contact_energy_j: f64,
     /// Energy taken out by damping, friction and drag since step 0, in joules.
     pub dissipated_energy_j: f64,
