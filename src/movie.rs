@@ -2,7 +2,8 @@
 
 use muxide::api::{Muxer, MuxerBuilder, VideoCodec};
 use openh264::encoder::{
-    Complexity, Encoder, EncoderConfig, FrameRate, FrameType, IntraFramePeriod, RateControlMode, VuiConfig,
+    BitRate, Complexity, Encoder, EncoderConfig, FrameRate, FrameType, IntraFramePeriod, QpRange,
+    RateControlMode, VuiConfig,
 };
 use openh264::formats::{RgbSliceU8, YUVBuffer};
 use std::fs::File;
@@ -62,6 +63,9 @@ pub struct Movie {
 }
 
 impl Movie {
+    /// Bits per pixel and frame at most: enough for pictures with a little noise.
+    const BITS_PER_PIXEL: f64 = 1.5;
+
     /// Starts a movie of pictures of the first one's size.
     ///
     /// Fails where the encoder does not take the size; the frames are there all the same.
@@ -73,9 +77,11 @@ impl Movie {
                 size.0, size.1
             ));
         }
-        // Without rate control every frame has the encoder's own base quality (quantiser 26).
+        let bits_per_second = Self::BITS_PER_PIXEL * (size.0 * size.1) as f64 * frames_per_second;
         let config = EncoderConfig::new()
-            .rate_control_mode(RateControlMode::Off)
+            .rate_control_mode(RateControlMode::Bufferbased)
+            .bitrate(BitRate::from_bps(bits_per_second as u32))
+            .qp(QpRange::new(10, 24))
             .max_frame_rate(FrameRate::from_hz(frames_per_second as f32))
             .intra_frame_period(IntraFramePeriod::from_num_frames(48))
             .complexity(Complexity::High)

@@ -209,11 +209,11 @@ impl Publishers {
     ///
     /// As [`Publishers::publish_scene`].
     pub fn publish_end(mut self, log_time_ns: u64, message: &[u8]) -> Result<(), BusError> {
-        self.end.send(log_time_ns, message)?;
-        for publisher in [self.scene, self.state, self.step, self.keyframe, self.end] {
-            publisher.finish()?;
-        }
-        Ok(())
+        let sent = self.end.send(log_time_ns, message);
+        let publishers = [self.scene, self.state, self.step, self.keyframe, self.end];
+        // Each topic gets its end, even if another's subscriber is gone; the first error is the one to report.
+        let finished = publishers.map(|publisher| publisher.finish().map(|_| ()));
+        finished.into_iter().fold(sent, Result::and)
     }
 }
 
