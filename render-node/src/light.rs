@@ -17,7 +17,20 @@ pub(crate) struct AreaLight {
 #[derive(Clone, Debug)]
 enum LightShape {
     Sphere { centre: Vec3, radius: f64 },
-    Rectangle { corner: Vec3, edge_u: Vec3, edge_v: Vec3, normal: Vec3, area: f64, inverse: [Vec3; 2] },
+    Rectangle(Rectangle),
+}
+
+#[derive(Clone, Debug)]
+struct Rectangle {
+    corner: Vec3,
+    edge_u: Vec3,
+    edge_v: Vec3,
+    normal: Vec3,
+    /// Height of the plane along the normal.
+    offset: f64,
+    area: f64,
+    /// The vectors whose products with `edge_u s + edge_v t` are s and t.
+    inverse: [Vec3; 2],
 }
 
 /// One direction in which light may come from a light.
@@ -42,11 +55,18 @@ impl AreaLight {
                 let cross = edge_u.cross(&edge_v);
                 let area = cross.norm();
                 let normal = cross / area;
-                // The vectors whose products with `edge_u s + edge_v t` are s and t.
                 let inverse = [edge_v.cross(&normal) / area, normal.cross(&edge_u) / area];
                 let corner = Vec3::from(*corner_m);
                 AreaLight {
-                    shape: LightShape::Rectangle { corner, edge_u, edge_v, normal, area, inverse },
+                    shape: LightShape::Rectangle(Rectangle {
+                        corner,
+                        edge_u,
+                        edge_v,
+                        normal,
+                        offset: normal.dot(&corner),
+                        area,
+                        inverse,
+                    }),
                     radiance: Vec3::from(*radiance),
                 }
             }
@@ -65,8 +85,9 @@ impl AreaLight {
             LightShape::Sphere { centre, radius } => {
                 sphere::ray_sphere(&ray.origin, &ray.direction, centre, *radius, t_min)
             }
-            LightShape::Rectangle { corner, normal, inverse, .. } => {
-                let t = plane::ray_plane(&ray.origin, &ray.direction, normal, normal.dot(corner), t_min)?;
+            LightShape::Rectangle(rectangle) => {
+                let Rectangle { corner, normal, offset, inverse, .. } = rectangle;
+                let t = plane::ray_plane(&ray.origin, &ray.direction, normal, *offset, t_min)?;
                 let from_corner = ray.origin + ray.direction * t - corner;
                 let (u, v) = (from_corner.dot(&inverse[0]), from_corner.dot(&inverse[1]));
                 ((0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v)).then_some(t)
@@ -77,7 +98,7 @@ impl AreaLight {
     /// Radiance that is emitted against a ray that hits the light.
     pub(crate) fn emitted(&self, direction: &Vec3) -> Vec3 {
         match &self.shape {
-            LightShape::Rectangle { normal, .. } if normal.dot(direction) >= 0.0 => Vec3::zeros(),
+            LightShape::Rectangle(rectangle) if rectangle.normal.dot(direction) >= 0.0 => Vec3::zeros(),
             _ => self.radiance,
         }
     }
@@ -110,7 +131,8 @@ impl AreaLight {
                     weighted_radiance: self.radiance * (2.0 * PI * one_minus_cos_max),
                 })
             }
-            LightShape::Rectangle { corner, edge_u, edge_v, normal, area, .. } => {
+            LightShape::Rectangle(rectangle) => {
+                let Rectangle { corner, edge_u, edge_v, normal, area, .. } = rectangle;
                 let to_light = corner + edge_u * square.0 + edge_v * square.1 - point;
                 let squared = to_light.norm_squared();
                 let distance = squared.sqrt();
