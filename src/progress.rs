@@ -41,7 +41,7 @@ impl Meter {
         let kind = if std::env::var_os(LINES_VARIABLE).is_some() {
             Kind::Lines
         } else if std::io::stderr().is_terminal() {
-            Kind::Bar(styled(ProgressBar::new(0), label, unit))
+            Kind::Bar(styled(ProgressBar::no_length(), label, unit))
         } else {
             Kind::Plain { label: format!("{label} ({unit})"), tenth: 0 }
         };
@@ -51,7 +51,7 @@ impl Meter {
     /// For another process, among others.
     pub fn in_group(group: &MultiProgress, label: &str, unit: &'static str) -> Meter {
         let kind = if std::io::stderr().is_terminal() {
-            Kind::Bar(styled(group.add(ProgressBar::new(0)), label, unit))
+            Kind::Bar(styled(group.add(ProgressBar::no_length()), label, unit))
         } else {
             Kind::Plain { label: format!("{label} ({unit})"), tenth: 0 }
         };
@@ -106,7 +106,7 @@ impl Meter {
 
 fn styled(bar: ProgressBar, label: &str, unit: &str) -> ProgressBar {
     let template =
-        format!("{{prefix:<10}} {{bar:32}} {{pos:>7}}/{{len}} {unit:<7} {{elapsed:>4}}, {{eta}} left");
+        format!("{{prefix:<10}} {{wide_bar}} {{pos}} of {{len}} {unit}, {{elapsed}}, {{eta}} left");
     if let Ok(style) = ProgressStyle::with_template(&template) {
         bar.set_style(style.progress_chars("=> "));
     }

@@ -4,7 +4,6 @@
 
 use render_node::{RenderModel, render};
 use schemas::scene::Scene;
-use schemas::state::BodyState;
 use std::num::NonZeroUsize;
 use std::time::Instant;
 
@@ -19,7 +18,7 @@ fn main() {
     for text in [DROP, &text] {
         let scene = Scene::parse(text, &overrides).expect("the scene is valid");
         let (model, _) = RenderModel::compile(&scene);
-        let bodies = initial_state(&scene);
+        let bodies = scene.initial_bodies();
         let mut best = f64::INFINITY;
         for _ in 0..3 {
             let start = cpu_or_wall_seconds(begin);
@@ -44,18 +43,4 @@ fn cpu_or_wall_seconds(begin: Instant) -> f64 {
     let schedule = std::fs::read_to_string("/proc/self/schedstat").ok();
     let nanoseconds = schedule.as_deref().and_then(|text| text.split(' ').next()?.parse::<f64>().ok());
     nanoseconds.map_or_else(|| begin.elapsed().as_secs_f64(), |nanoseconds| nanoseconds * 1e-9)
-}
-
-fn initial_state(scene: &Scene) -> Vec<BodyState> {
-    let rings = scene.rings.iter().map(|ring| BodyState {
-        position_m: ring.position_m,
-        orientation: ring.orientation,
-        ..Default::default()
-    });
-    let spheres = scene.spheres.iter().map(|sphere| BodyState {
-        position_m: sphere.position_m,
-        orientation: [0.0, 0.0, 0.0, 1.0],
-        ..Default::default()
-    });
-    rings.chain(spheres).collect()
 }

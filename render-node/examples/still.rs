@@ -2,7 +2,6 @@
 
 use render_node::{RenderModel, png_bytes, render};
 use schemas::scene::Scene;
-use schemas::state::BodyState;
 use std::num::NonZeroUsize;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -15,26 +14,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (model, _) = RenderModel::compile(&scene);
     let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
     let start = std::time::Instant::now();
-    let film = render(&model, &initial_state(&scene), 0, scene.seed, threads)?;
+    let film = render(&model, &scene.initial_bodies(), 0, scene.seed, threads)?;
     let seconds = start.elapsed().as_secs_f64();
     println!("{} rays, {seconds:.2} s, film {}", film.rays, film.hash().short());
     std::fs::write(picture, png_bytes(&film, scene.render.exposure)?)?;
     Ok(())
-}
-
-/// The bodies of a scene where they begin.
-fn initial_state(scene: &Scene) -> Vec<BodyState> {
-    let rings = scene.rings.iter().map(|ring| BodyState {
-        position_m: ring.position_m,
-        orientation: ring.orientation,
-        linear_velocity_m_per_s: ring.linear_velocity_m_per_s,
-        angular_velocity_rad_per_s: ring.angular_velocity_rad_per_s,
-    });
-    let spheres = scene.spheres.iter().map(|sphere| BodyState {
-        position_m: sphere.position_m,
-        orientation: [0.0, 0.0, 0.0, 1.0],
-        linear_velocity_m_per_s: sphere.linear_velocity_m_per_s,
-        angular_velocity_rad_per_s: sphere.angular_velocity_rad_per_s,
-    });
-    rings.chain(spheres).collect()
 }

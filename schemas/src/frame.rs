@@ -98,7 +98,8 @@ pub struct FrameInfo {
     pub sim_time_s: f64,
     /// The hash of the state that it shows.
     pub state_hash: Hash,
-    /// BLAKE3 of the linear film: width, height, then red, green, blue as little-endian f64, row by row from the top.
+    /// BLAKE3 of the linear film: width and height as `u32`, then red, green and blue of each pixel as `f64`, all
+    /// little-endian, row by row from the top.
     pub film_hash: Hash,
     /// Rays traced: camera, bounce and shadow rays.
     pub rays: u64,

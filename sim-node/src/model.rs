@@ -199,7 +199,7 @@ impl Model {
             planes: scene.planes.iter().map(plane).collect(),
             material_count: materials.len(),
             pair_materials,
-            initial: initial_bodies(scene),
+            initial: scene.initial_bodies(),
             linked_pairs: Vec::new(),
             gravity: Vec3::from(gravity_m_per_s2),
             time: scene.time.clone(),
@@ -344,21 +344,4 @@ impl Model {
         };
         poses.iter().zip(&self.bodies).map(circle).collect()
     }
-}
-
-fn initial_bodies(scene: &Scene) -> Vec<BodyState> {
-    let moving = |pinned: bool, velocity: [f64; 3]| if pinned { [0.0; 3] } else { velocity };
-    let rings = scene.rings.iter().map(|ring| BodyState {
-        position_m: ring.position_m,
-        orientation: ring.orientation,
-        linear_velocity_m_per_s: moving(ring.pinned, ring.linear_velocity_m_per_s),
-        angular_velocity_rad_per_s: moving(ring.pinned, ring.angular_velocity_rad_per_s),
-    });
-    let spheres = scene.spheres.iter().map(|sphere| BodyState {
-        position_m: sphere.position_m,
-        orientation: [0.0, 0.0, 0.0, 1.0],
-        linear_velocity_m_per_s: moving(sphere.pinned, sphere.linear_velocity_m_per_s),
-        angular_velocity_rad_per_s: moving(sphere.pinned, sphere.angular_velocity_rad_per_s),
-    });
-    rings.chain(spheres).collect()
 }

@@ -1,6 +1,6 @@
 //! The same bits: twice, on any number of threads, with nothing left out, and as written down.
 
-use crate::staging::{film, initial_state, scene, threads};
+use crate::staging::{film, scene, threads};
 use render_node::{RenderModel, render};
 use schemas::scene::Scene;
 
@@ -32,7 +32,7 @@ fn still_life() -> Scene {
 fn threads_do_not_matter() {
     let scene = still_life();
     let (model, _) = RenderModel::compile(&scene);
-    let states = initial_state(&scene);
+    let states = scene.initial_bodies();
     let film =
         |count| render(&model, &states, 4, scene.seed, threads(count)).expect("the state is the scene's");
     let one = film(1);
@@ -45,7 +45,7 @@ fn threads_do_not_matter() {
 fn frame_and_seed_matter() {
     let scene = still_life();
     let (model, _) = RenderModel::compile(&scene);
-    let states = initial_state(&scene);
+    let states = scene.initial_bodies();
     let hash = |frame, seed| render(&model, &states, frame, seed, threads(2)).expect("a state").hash();
     assert_ne!(hash(0, 12), hash(1, 12));
     assert_ne!(hash(0, 12), hash(0, 13));
@@ -71,7 +71,7 @@ fn what_is_left_out_would_not_change_a_bit() {
         assert_eq!(plan.needs("light/indirect"), bounces > 0);
         assert!(plan.needs("shape/ring") && plan.needs("shape/plane") && plan.needs("look/checkerboard"));
         let everything = RenderModel::compile_with_everything(&scene);
-        let states = initial_state(&scene);
+        let states = scene.initial_bodies();
         let film = |model| render(model, &states, 0, 1, threads(1)).expect("the state is the scene's");
         let (planned, everything) = (film(&planned), film(&everything));
         assert_eq!(planned.hash(), everything.hash(), "{bounces} bounces, sky {sky}, lights {lights}");

@@ -1,6 +1,6 @@
 //! Odd scenes and odd pictures.
 
-use crate::staging::{film, initial_state, scene, threads};
+use crate::staging::{film, scene, threads};
 use render_node::{PoseError, RenderModel, SamplePlace, World, render};
 use schemas::scene::Scene;
 
@@ -106,14 +106,14 @@ fn samples_that_are_not_finite_are_counted_and_named() {
     assert_eq!(film.first_non_finite, Some(SamplePlace { y_px: 0, x_px: 0, sample: 0 }));
     assert!(film.rgb.iter().flatten().all(|channel| channel.is_finite()));
     let (model, _) = RenderModel::compile(&scene);
-    assert_eq!(render(&model, &initial_state(&scene), 0, scene.seed, threads(3)).expect("a state"), film);
+    assert_eq!(render(&model, &scene.initial_bodies(), 0, scene.seed, threads(3)).expect("a state"), film);
 }
 
 #[test]
 fn states_of_another_scene_are_refused() {
     let scene = with_rings(2);
     let (model, _) = RenderModel::compile(&scene);
-    let mut states = initial_state(&scene);
+    let mut states = scene.initial_bodies();
     let error = World::new(&model, &states[..1]).expect_err("one body is missing");
     assert!(matches!(error, PoseError::BodyCount { expected: 2, found: 1 }), "{error}");
     states[1].position_m[2] = f64::NAN;

@@ -1,6 +1,6 @@
 //! The tree finds what asking every body finds, bit for bit.
 
-use crate::staging::{Dice, initial_state, scene};
+use crate::staging::{Dice, scene};
 use geometry::Vec3;
 use render_node::{Hit, Ray, RenderModel, World};
 use schemas::scene::{Ring, Scene, Sphere};
@@ -74,7 +74,7 @@ fn ray(dice: &mut Dice, kind: usize, world: &World, places: &[(Vec3, f64)]) -> R
 /// Compares the tree with asking every body, on rays of all kinds, and returns how many met a body and were blocked.
 fn compare(dice: &mut Dice, scene: &Scene, rays: usize) -> (usize, usize) {
     let (model, _) = RenderModel::compile(scene);
-    let states = initial_state(scene);
+    let states = scene.initial_bodies();
     let sizes = scene.rings.iter().map(|ring| ring.major_radius_m);
     let sizes = sizes.chain(scene.spheres.iter().map(|sphere| sphere.radius_m));
     let places: Vec<_> = states.iter().map(|state| Vec3::from(state.position_m)).zip(sizes).collect();
@@ -158,7 +158,7 @@ fn equal_distances_go_to_the_lowest_number() {
     scene.rings[0].minor_radius_m = 1.0;
     scene.rings.resize(40, scene.rings[0].clone());
     let (model, _) = RenderModel::compile(&scene);
-    let states = initial_state(&scene);
+    let states = scene.initial_bodies();
     let world = World::new(&model, &states).expect("the state is the scene's");
     let centre = Vec3::from(scene.rings[0].position_m);
     let mut met = 0;

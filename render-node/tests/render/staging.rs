@@ -5,7 +5,6 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use render_node::{Film, RenderModel, render};
 use schemas::scene::Scene;
-use schemas::state::BodyState;
 use std::num::NonZeroUsize;
 
 /// A scene of no duration with the materials `a`, `b` and `white` (which reflects everything), and what is appended.
@@ -20,21 +19,6 @@ pub fn scene(text: &str) -> Scene {
     Scene::parse(&format!("{head}\n{text}"), &[]).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
-/// The bodies of a scene where they begin.
-pub fn initial_state(scene: &Scene) -> Vec<BodyState> {
-    let rings = scene.rings.iter().map(|ring| BodyState {
-        position_m: ring.position_m,
-        orientation: ring.orientation,
-        ..Default::default()
-    });
-    let spheres = scene.spheres.iter().map(|sphere| BodyState {
-        position_m: sphere.position_m,
-        orientation: [0.0, 0.0, 0.0, 1.0],
-        ..Default::default()
-    });
-    rings.chain(spheres).collect()
-}
-
 pub fn threads(count: usize) -> NonZeroUsize {
     NonZeroUsize::new(count).expect("at least one thread")
 }
@@ -42,7 +26,7 @@ pub fn threads(count: usize) -> NonZeroUsize {
 /// The first frame of a scene's initial state.
 pub fn film(scene: &Scene) -> Film {
     let (model, _) = RenderModel::compile(scene);
-    render(&model, &initial_state(scene), 0, scene.seed, threads(2)).expect("the state is the scene's")
+    render(&model, &scene.initial_bodies(), 0, scene.seed, threads(2)).expect("the state is the scene's")
 }
 
 /// Random numbers for the tests, the same in every run.

@@ -1,5 +1,7 @@
 //! Bodies and their materials.
 
+use super::Scene;
+use crate::state::BodyState;
 use serde::{Deserialize, Serialize};
 
 /// How a body's surface answers to contact.
@@ -110,6 +112,27 @@ pub struct Plane {
     pub offset_m: f64,
     /// Name of the material.
     pub material: String,
+}
+
+impl Scene {
+    /// The moving bodies of a resolved scene at step 0, in the order of a state: rings, then spheres. Pinned
+    /// bodies are at rest.
+    pub fn initial_bodies(&self) -> Vec<BodyState> {
+        let moving = |pinned: bool, velocity: [f64; 3]| if pinned { [0.0; 3] } else { velocity };
+        let rings = self.rings.iter().map(|ring| BodyState {
+            position_m: ring.position_m,
+            orientation: ring.orientation,
+            linear_velocity_m_per_s: moving(ring.pinned, ring.linear_velocity_m_per_s),
+            angular_velocity_rad_per_s: moving(ring.pinned, ring.angular_velocity_rad_per_s),
+        });
+        let spheres = self.spheres.iter().map(|sphere| BodyState {
+            position_m: sphere.position_m,
+            orientation: identity(),
+            linear_velocity_m_per_s: moving(sphere.pinned, sphere.linear_velocity_m_per_s),
+            angular_velocity_rad_per_s: moving(sphere.pinned, sphere.angular_velocity_rad_per_s),
+        });
+        rings.chain(spheres).collect()
+    }
 }
 
 fn identity() -> [f64; 4] {
