@@ -5,7 +5,7 @@
 //! picture.
 
 use crate::lanes::{LANES, Lanes};
-use crate::path::Ray;
+use crate::ray::Ray;
 use crate::sieve::{self, Outline, Sieve, SievedRay};
 use crate::world::{Bodies, Hit, nearer};
 use geometry::{Aabb, Vec3};

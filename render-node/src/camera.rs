@@ -1,6 +1,6 @@
 //! The pinhole camera.
 
-use crate::path::Ray;
+use crate::ray::Ray;
 use geometry::Vec3;
 use schemas::scene::render::Render;
 

@@ -1,6 +1,6 @@
 //! Area lights: where a ray meets them, and how a point is lit by them.
 
-use crate::path::Ray;
+use crate::ray::Ray;
 use crate::warp;
 use core::f64::consts::PI;
 use geometry::{Vec3, plane, sphere};

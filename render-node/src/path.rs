@@ -1,29 +1,12 @@
 //! The path tracer: what light comes back along a ray.
 
 use crate::model::RenderModel;
+use crate::ray::{Ray, Vertex};
 use crate::sampler::Sampler;
 use crate::warp;
-use crate::world::{Hit, Surface, World};
+use crate::world::{Surface, World};
 use core::f64::consts::FRAC_1_PI;
 use geometry::Vec3;
-
-/// A half line. World frame.
-#[derive(Clone, Copy, Debug)]
-pub struct Ray {
-    /// Where it begins, in metres.
-    pub origin: Vec3,
-    /// Unit vector.
-    pub direction: Vec3,
-    /// The body or plane that the ray leaves and cannot meet again, as [`Hit::surface`] numbers it.
-    pub leaves: Option<u32>,
-}
-
-impl Ray {
-    /// A ray that may meet anything.
-    pub fn new(origin: Vec3, direction: Vec3) -> Ray {
-        Ray { origin, direction, leaves: None }
-    }
-}
 
 /// Pairs of random dimensions that a path of so many bounces uses.
 pub(crate) fn dimension_pairs(bounces_max: u32) -> usize {
@@ -102,29 +85,5 @@ impl PathTracer<'_> {
             return Vec3::zeros();
         }
         sample.weighted_radiance * (FRAC_1_PI * cosine * count as f64)
-    }
-}
-
-/// A point where a path is reflected.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Vertex {
-    pub point: Vec3,
-    /// Unit normal on the side from which the path came.
-    pub normal: Vec3,
-    pub albedo: Vec3,
-    /// The surface, if a ray that leaves it cannot meet it again.
-    pub leaves: Option<u32>,
-}
-
-impl Vertex {
-    fn leave(&self, direction: Vec3) -> Ray {
-        Ray { origin: self.point, direction, leaves: self.leaves }
-    }
-}
-
-impl Hit {
-    /// The point of the hit.
-    pub(crate) fn point(&self, ray: &Ray) -> Vec3 {
-        ray.origin + ray.direction * self.distance
     }
 }

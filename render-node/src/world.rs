@@ -6,7 +6,7 @@
 use crate::bvh::Bvh;
 use crate::light::AreaLight;
 use crate::model::{PlaneShape, RenderModel};
-use crate::path::{Ray, Vertex};
+use crate::ray::{Ray, Vertex};
 use crate::sieve::Outline;
 use geometry::{Aabb, Circle, Vec3, plane, rotation, sphere, torus};
 use nalgebra::{Quaternion, UnitQuaternion};
@@ -19,6 +19,13 @@ pub struct Hit {
     pub distance: f64,
     /// Number of the surface: rings, spheres, planes and lights, in this order and each as in the scene.
     pub surface: u32,
+}
+
+impl Hit {
+    /// The point of the hit.
+    pub(crate) fn point(&self, ray: &Ray) -> Vec3 {
+        ray.origin + ray.direction * self.distance
+    }
 }
 
 /// What is at a hit.
