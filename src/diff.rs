@@ -1,7 +1,8 @@
 //! `diff`: the first difference of two logs.
 
 use crate::failure::{Exit, Outcome};
-use crate::{log_file, print, print_json};
+use crate::log_file;
+use crate::terminal::{print, print_json};
 use clap::Args;
 use std::path::PathBuf;
 

@@ -1,7 +1,8 @@
 //! `info`: what is in a log.
 
 use crate::failure::{Exit, Outcome};
-use crate::{log_file, print, print_json};
+use crate::log_file;
+use crate::terminal::{print, print_json};
 use clap::Args;
 use recorder::Summary;
 use std::path::PathBuf;

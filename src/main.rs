@@ -12,6 +12,7 @@ mod progress;
 mod scene_file;
 mod stop;
 mod supervise;
+mod terminal;
 
 mod diff;
 mod info;
@@ -27,8 +28,8 @@ mod sim;
 mod verify;
 
 use clap::{Parser, Subcommand};
-use failure::{Exit, Outcome};
-use std::io::Write;
+use failure::Outcome;
+use std::num::NonZeroUsize;
 use std::process::ExitCode;
 use tracing_subscriber::EnvFilter;
 
@@ -103,25 +104,13 @@ fn main() -> ExitCode {
 
 fn exit_code(outcome: Outcome) -> ExitCode {
     let exit = outcome.unwrap_or_else(|failure| {
-        eprintln!("error: {}", failure.message);
+        terminal::say(format!("error: {}", failure.message));
         failure.exit
     });
     ExitCode::from(exit as u8)
 }
 
 /// As many threads as the machine offers; no result depends on their number.
-fn default_threads() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
-}
-
-/// Prints a report; a reader that has gone away (`| head`) is not an error.
-fn print(report: &str) -> Outcome {
-    let mut stdout = std::io::stdout().lock();
-    let _ = writeln!(stdout, "{}", report.trim_end());
-    Ok(Exit::Done)
-}
-
-/// Prints a report as indented JSON.
-fn print_json(report: &impl serde::Serialize) -> Outcome {
-    print(&serde_json::to_string_pretty(report).map_err(failure::Failure::lost)?)
+fn default_threads() -> NonZeroUsize {
+    std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
 }

@@ -65,6 +65,8 @@ pub struct Movie {
 impl Movie {
     /// Bits per pixel and frame at most: enough for pictures with a little noise.
     const BITS_PER_PIXEL: f64 = 1.5;
+    /// OpenH264 refuses more than 288 million.
+    const BITS_PER_SECOND_MAX: f64 = 240e6;
 
     /// Starts a movie of pictures of the first one's size.
     ///
@@ -77,10 +79,12 @@ impl Movie {
                 size.0, size.1
             ));
         }
-        let bits_per_second = Self::BITS_PER_PIXEL * (size.0 * size.1) as f64 * frames_per_second;
+        let wanted = Self::BITS_PER_PIXEL * (size.0 * size.1) as f64 * frames_per_second;
+        let bits_per_second =
+            if wanted < Self::BITS_PER_SECOND_MAX { wanted } else { Self::BITS_PER_SECOND_MAX };
         let config = EncoderConfig::new()
             .rate_control_mode(RateControlMode::Bufferbased)
-            .bitrate(BitRate::from_bps(bits_per_second as u32))
+            .bitrate(BitRate::from_bps(bits_per_second.round() as u32))
             .qp(QpRange::new(10, 24))
             .max_frame_rate(FrameRate::from_hz(frames_per_second as f32))
             .intra_frame_period(IntraFramePeriod::from_num_frames(48))

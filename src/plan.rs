@@ -1,7 +1,8 @@
 //! `plan`: what a scene needs, and what is left out.
 
 use crate::failure::{Failure, Outcome};
-use crate::{print, print_json, scene_file};
+use crate::scene_file;
+use crate::terminal::{print, print_json};
 use clap::Args;
 use schemas::plan::Plan;
 use std::path::PathBuf;
@@ -20,7 +21,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
-    let scene = scene_file::load(&arguments.scene, &arguments.set, None)?;
+    let (scene, _) = scene_file::load(&arguments.scene, &arguments.set, None)?;
     let refused =
         |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", arguments.scene.display()));
     #[cfg_attr(not(feature = "render"), expect(unused_mut))]

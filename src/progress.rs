@@ -3,6 +3,7 @@
 //! A process that `run` started reports on its stdout, one JSON object a line; the parent draws. A process
 //! started by hand draws its own bar.
 
+use crate::terminal::say;
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::{Deserialize, Serialize};
 use std::io::{IsTerminal, Write};
@@ -81,7 +82,7 @@ impl Meter {
                 let now = (10 * progress.done).checked_div(progress.total).unwrap_or(0);
                 if now > *tenth {
                     *tenth = now;
-                    eprintln!("{label}: {} of {}", progress.done, progress.total);
+                    say(format!("{label}: {} of {}", progress.done, progress.total));
                 }
             }
         }
@@ -91,8 +92,8 @@ impl Meter {
     pub fn say(&self, text: &str) {
         match &self.kind {
             Kind::Lines => {}
-            Kind::Bar(bar) => bar.suspend(|| eprintln!("{text}")),
-            Kind::Plain { .. } => eprintln!("{text}"),
+            Kind::Bar(bar) => bar.suspend(|| say(text)),
+            Kind::Plain { .. } => say(text),
         }
     }
 

@@ -29,6 +29,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
     match recorded.outcome {
         RunOutcome::Completed => Ok(Exit::Done),
         RunOutcome::Stopped(_) => Ok(Exit::Differs),
+        // A log of a run that was interrupted can be recorded again to its end.
+        RunOutcome::Interrupted if !stop::requested() => Ok(Exit::Done),
         RunOutcome::Interrupted => {
             Err(Failure::lost(format!("interrupted; {} is whole up to there", options.out.display())))
         }

@@ -3,6 +3,7 @@
 use crate::failure::{Exit, Failure, Outcome};
 use crate::progress::{Meter, Progress};
 use crate::stop;
+use crate::terminal::say;
 use clap::Args;
 use render_node::node::{RenderOptions, RenderProgress, run as render};
 
@@ -22,7 +23,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let done = render(&arguments.options, &stop::flag(), &mut show)
         .map_err(|error| Failure { exit: Exit::from_code(error.exit_code()), message: error.to_string() })?;
     if done.non_finite_samples > 0 {
-        eprintln!("warning: {} samples were not finite and were left out", done.non_finite_samples);
+        say(format!("warning: {} samples were not finite and were left out", done.non_finite_samples));
     }
     if done.stopped {
         return Err(Failure::lost(format!("interrupted after {} frames", done.frames_done)));

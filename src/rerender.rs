@@ -1,10 +1,12 @@
 //! `rerender`: replay a log, render it with new settings, record: the same motion in a new log.
 
 use crate::failure::{Failure, Outcome};
+use crate::supervise::Part;
 use crate::{log_file, output, run, stop};
 use bus::BusName;
 use clap::Args;
 use std::ffi::OsString;
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -22,7 +24,7 @@ pub struct Arguments {
     force: bool,
     /// Threads of the renderer; no result depends on them [default: all]
     #[arg(long, value_name = "N")]
-    threads: Option<usize>,
+    threads: Option<NonZeroUsize>,
     /// Override a key of render.*: camera, light, looks, film; may be given again
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -46,9 +48,11 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let start = Instant::now();
     let bus = BusName::unique();
     let threads = run::threads_arguments(arguments.threads);
-    let mut player: Vec<OsString> =
-        vec!["replay".into(), arguments.log.clone().into(), "--as-fast-as-possible".into()];
-    player.extend(arguments.set.iter().flat_map(|set| ["--set".into(), set.into()]));
-    let parts = run::parts(&bus, player, &folder.join("log.mcap"), &threads, false);
+    let log = std::path::absolute(&arguments.log)
+        .map_err(|error| Failure::input(format!("{}: {error}", arguments.log.display())))?;
+    let mut replay: Vec<OsString> = vec!["replay".into(), log.into(), "--as-fast-as-possible".into()];
+    replay.extend(run::set_arguments(&arguments.set));
+    let replay = Part { name: "replay", unit: "steps", arguments: replay, input: None };
+    let parts = run::parts(&bus, replay, &folder.join("log.mcap"), &threads, false);
     run::finish(&folder, run::supervise_on(&bus, parts), start, arguments.json)
 }

@@ -2,14 +2,15 @@
 
 use crate::failure::{Exit, Failure, Outcome};
 use crate::supervise::{Ended, Part, supervise};
-use crate::{log_file, output, pictures, print, print_json, scene_file, stop};
+use crate::terminal::{print, print_json};
+use crate::{log_file, output, pictures, scene_file, stop};
 use bus::{Bus, BusName};
 use clap::Args;
 use recorder::{Log, Summary};
-use schemas::topics::Role;
 use serde::Serialize;
 use sim_node::Model;
 use std::ffi::OsString;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -32,7 +33,7 @@ pub struct Arguments {
     seed: Option<u64>,
     /// Threads of the simulator and of the renderer; no result depends on them [default: all]
     #[arg(long, value_name = "N")]
-    threads: Option<usize>,
+    threads: Option<NonZeroUsize>,
     /// Override a key of the scene; may be given again
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -58,7 +59,8 @@ struct Report {
 pub fn run(arguments: &Arguments) -> Outcome {
     stop::flag();
     // A scene that cannot be simulated is refused before anything is made.
-    let scene = scene_file::load(&arguments.scene, &arguments.set, arguments.seed)?;
+    // The simulator gets the very text that was checked.
+    let (scene, text) = scene_file::load(&arguments.scene, &arguments.set, arguments.seed)?;
     Model::compile(&scene)
         .map_err(|error| Failure::input(format!("{}: {error}", arguments.scene.display())))?;
     let stem = arguments.scene.file_stem().map_or("scene".into(), |stem| stem.to_string_lossy());
@@ -67,43 +69,47 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let start = Instant::now();
     let bus = BusName::unique();
     let threads = threads_arguments(arguments.threads);
-    let mut simulator: Vec<OsString> = vec!["sim".into(), arguments.scene.clone().into()];
-    simulator.extend(arguments.set.iter().flat_map(|set| ["--set".into(), set.into()]));
-    simulator.extend(arguments.seed.iter().flat_map(|seed| ["--seed".into(), seed.to_string().into()]));
+    let mut simulator: Vec<OsString> = vec!["sim".into(), "/dev/stdin".into()];
+    simulator.extend(set_arguments(&arguments.set));
+    simulator.extend(arguments.seed.map(|seed| format!("--seed={seed}").into()));
     simulator.extend(threads.iter().cloned());
-    let log = folder.join("log.mcap");
-    let parts = parts(&bus, simulator, &log, &threads, no_render);
+    let simulator = Part { name: "simulator", unit: "steps", arguments: simulator, input: Some(text) };
+    let parts = parts(&bus, simulator, &folder.join("log.mcap"), &threads, no_render);
     finish(&folder, supervise_on(&bus, parts), start, arguments.json)
 }
 
-/// `--threads N`, if the user said how many.
-pub fn threads_arguments(threads: Option<usize>) -> Vec<OsString> {
-    threads.iter().flat_map(|threads| ["--threads".into(), threads.to_string().into()]).collect()
+/// `--set=KEY=VALUE`, in one word each: a value may begin with a dash.
+pub fn set_arguments(set: &[String]) -> impl Iterator<Item = OsString> {
+    set.iter().map(|set| format!("--set={set}").into())
+}
+
+/// `--threads=N`, if the user said how many.
+pub fn threads_arguments(threads: Option<NonZeroUsize>) -> Vec<OsString> {
+    threads.map(|threads| format!("--threads={threads}").into()).into_iter().collect()
 }
 
 /// The three processes of a run (two without a renderer), whoever plays the simulator.
 pub fn parts(
     bus: &BusName,
-    mut simulator: Vec<OsString>,
+    mut simulator: Part,
     log: &Path,
     threads: &[OsString],
     no_render: bool,
 ) -> Vec<Part> {
-    let on_bus = ["--bus".to_owned(), bus.to_string()].map(OsString::from);
-    let without: Vec<OsString> = if no_render { vec!["--no-render".into()] } else { Vec::new() };
-    simulator.extend(on_bus.iter().chain(&without).cloned());
-    let mut recorder: Vec<OsString> = vec!["record".into(), "--out".into(), log.into(), "--force".into()];
-    recorder.extend(on_bus.iter().chain(&without).cloned());
-    let mut parts = vec![
-        Part { role: Role::Simulator, unit: "steps", arguments: simulator },
-        Part { role: Role::Recorder, unit: "steps", arguments: recorder },
-    ];
-    if !no_render {
-        let mut renderer: Vec<OsString> = vec!["render".into()];
-        renderer.extend(on_bus.iter().chain(threads).cloned());
-        parts.insert(1, Part { role: Role::Renderer, unit: "frames", arguments: renderer });
+    let mut common: Vec<OsString> = vec![format!("--bus={bus}").into()];
+    let mut renderer: Vec<OsString> = vec!["render".into()];
+    renderer.extend(common.iter().chain(threads).cloned());
+    if no_render {
+        common.push("--no-render".into());
     }
-    parts
+    simulator.arguments.extend(common.iter().cloned());
+    let mut out = OsString::from("--out=");
+    out.push(log);
+    let mut recorder: Vec<OsString> = vec!["record".into(), out, "--force".into()];
+    recorder.extend(common);
+    let recorder = Part { name: "recorder", unit: "steps", arguments: recorder, input: None };
+    let renderer = Part { name: "renderer", unit: "frames", arguments: renderer, input: None };
+    if no_render { vec![simulator, recorder] } else { vec![simulator, renderer, recorder] }
 }
 
 /// Supervises the parts and removes what a killed one may have left on the bus.
@@ -118,7 +124,12 @@ pub fn supervise_on(bus: &BusName, parts: Vec<Part>) -> Result<Ended, Failure> {
 /// Makes frames and movie from the log, and reports.
 pub fn finish(folder: &Path, ended: Result<Ended, Failure>, start: Instant, json: bool) -> Outcome {
     let path = folder.join("log.mcap");
-    let ended = ended.map_err(|failure| with_what_is_saved(failure, &path))?;
+    let ended = ended.map_err(|failure| with_what_is_saved(failure, &path)).and_then(|ended| {
+        let nothing_yet = ended == Ended::Interrupted && !path.exists();
+        if nothing_yet { Err(Failure::lost("interrupted; nothing was saved")) } else { Ok(ended) }
+    });
+    // A folder in which nothing came to be is not left behind; one that holds something stays.
+    let ended = ended.inspect_err(|_| drop(std::fs::remove_dir(folder)))?;
     let log = log_file::open(&path)?;
     let made = pictures::export(&log, folder)?;
     let summary = Summary::of(&log).map_err(log_file::failure)?;

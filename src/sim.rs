@@ -17,7 +17,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Outcome {
     let mut options = arguments.options.clone();
-    options.threads.get_or_insert_with(crate::default_threads);
+    options.threads.get_or_insert_with(|| crate::default_threads().get());
     let mut meter = Meter::for_this_process("simulator", "steps");
     let mut show = |progress: sim_node::node::Progress| {
         meter.show(Progress { done: progress.steps, total: progress.step_count });

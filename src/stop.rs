@@ -1,5 +1,6 @@
-//! SIGINT and SIGTERM as a flag: every verb that runs for long looks at it and ends in good order.
+//! SIGHUP, SIGINT and SIGTERM as a flag: every verb that runs for long looks at it and ends in good order.
 
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
@@ -9,7 +10,7 @@ static REQUESTED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 pub fn flag() -> Arc<AtomicBool> {
     let flag = REQUESTED.get_or_init(|| {
         let flag = Arc::new(AtomicBool::new(false));
-        for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        for signal in [SIGHUP, SIGINT, SIGTERM] {
             if let Err(error) = signal_hook::flag::register(signal, Arc::clone(&flag)) {
                 tracing::warn!(signal, %error, "cannot catch a signal");
             }

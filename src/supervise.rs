@@ -3,11 +3,11 @@
 use crate::failure::Failure;
 use crate::progress::{self, LINES_VARIABLE, Meter, Progress};
 use crate::stop;
+use crate::terminal::say;
 use indicatif::MultiProgress;
 use rustix::process::{Pid, Signal, kill_process};
-use schemas::topics::Role;
 use std::ffi::OsString;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::process::ExitStatusExt;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -16,12 +16,14 @@ use std::time::{Duration, Instant};
 
 /// A process to start: this program again, with other arguments.
 pub struct Part {
-    /// Which part it plays.
-    pub role: Role,
+    /// What people know it as.
+    pub name: &'static str,
     /// What its progress counts.
     pub unit: &'static str,
     /// Verb and arguments.
     pub arguments: Vec<OsString>,
+    /// What it reads on stdin.
+    pub input: Option<String>,
 }
 
 /// How a run ended that lost no process.
@@ -47,10 +49,11 @@ enum Report {
 }
 
 struct Running {
-    role: Role,
+    name: &'static str,
     pid: Option<Pid>,
     exited: Option<ExitStatus>,
-    killed_by_us: bool,
+    /// The signals that it was sent from here.
+    signals: Vec<Signal>,
     /// The lines it wrote to stderr.
     diagnostics: Vec<String>,
 }
@@ -66,29 +69,30 @@ pub fn supervise(parts: Vec<Part>) -> Result<Ended, Failure> {
     let mut running = Vec::new();
     let mut meters = Vec::new();
     for (index, part) in parts.into_iter().enumerate() {
-        meters.push(Meter::in_group(&bars, part.role.name(), part.unit));
+        meters.push(Meter::in_group(&bars, part.name, part.unit));
         let spawned = Command::new(&program)
             .args(&part.arguments)
             .env(LINES_VARIABLE, "1")
-            .stdin(Stdio::null())
+            .stdin(if part.input.is_some() { Stdio::piped() } else { Stdio::null() })
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn();
         match spawned {
-            Ok(child) => {
+            Ok(mut child) => {
+                feed(&mut child, part.input);
                 let pid = Pid::from_raw(child.id() as i32);
                 watch(index, child, sender.clone());
                 running.push(Running {
-                    role: part.role,
+                    name: part.name,
                     pid,
                     exited: None,
-                    killed_by_us: false,
+                    signals: Vec::new(),
                     diagnostics: Vec::new(),
                 });
             }
             Err(error) => {
                 signal_all(&mut running, Signal::KILL);
-                return Err(Failure::lost(format!("cannot start the {}: {error}", part.role.name())));
+                return Err(Failure::lost(format!("cannot start the {}: {error}", part.name)));
             }
         }
     }
@@ -96,6 +100,27 @@ pub fn supervise(parts: Vec<Part>) -> Result<Ended, Failure> {
     let first_failed = attend(&receiver, &mut running, &mut meters, &bars);
     meters.iter().for_each(Meter::finish);
     conclude(&running, first_failed)
+}
+
+impl Running {
+    /// What it said was wrong.
+    fn complaint(&self) -> Option<&str> {
+        self.diagnostics.iter().find_map(|line| line.strip_prefix("error: "))
+    }
+}
+
+/// Whether a complaint is only about what happened to others.
+fn is_echo(complaint: &str) -> bool {
+    let begins = ["interrupted", "stopped while waiting"].iter().any(|word| complaint.starts_with(word));
+    begins || complaint.contains(" was lost after ")
+}
+
+/// Writes a child's input, from a thread: it may be longer than a pipe holds.
+fn feed(child: &mut Child, input: Option<String>) {
+    if let (Some(mut stdin), Some(input)) = (child.stdin.take(), input) {
+        // A child that does not read to the end says why itself.
+        thread::spawn(move || drop(stdin.write_all(input.as_bytes())));
+    }
 }
 
 /// Threads that turn what a child does into reports.
@@ -144,7 +169,7 @@ fn attend(
         match receiver.recv_timeout(Duration::from_millis(50)) {
             Ok(Report::Progress(index, progress)) => meters[index].show(progress),
             Ok(Report::Diagnostic(index, line)) => {
-                bars.suspend(|| eprintln!("{}: {line}", running[index].role.name()));
+                bars.suspend(|| say(format!("{}: {line}", running[index].name)));
                 running[index].diagnostics.push(line);
             }
             Ok(Report::Exited(index, status)) => {
@@ -177,7 +202,7 @@ fn attend(
 
 fn signal_all(running: &mut [Running], signal: Signal) {
     for part in running.iter_mut().filter(|part| part.exited.is_none()) {
-        part.killed_by_us |= signal == Signal::KILL;
+        part.signals.push(signal);
         if let Some(pid) = part.pid {
             let _ = kill_process(pid, signal);
         }
@@ -197,23 +222,20 @@ fn conclude(running: &[Running], first_failed: Option<usize>) -> Result<Ended, F
     };
     // The others complain of whoever was lost, and one of them may have been reaped first. So: a process that
     // somebody killed, else one that failed for a reason of its own, else the first.
-    let signalled =
-        |part: &&Running| part.exited.and_then(|status| status.signal()).is_some() && !part.killed_by_us;
+    let signalled = |part: &&Running| {
+        let signal = part.exited.and_then(|status| status.signal());
+        signal.is_some_and(|signal| !part.signals.iter().any(|ours| ours.as_raw() == signal))
+    };
     let has_own_reason = |part: &&Running| {
         let failed = !matches!(part.exited.and_then(|status| status.code()), Some(0 | 1));
-        let is_echo =
-            |said: &String| [" was lost", "interrupted", "stopped"].iter().any(|word| said.contains(word));
-        failed && part.diagnostics.last().is_some_and(|said| !is_echo(said))
+        failed && part.complaint().is_some_and(|said| !is_echo(said))
     };
     let mut parts = std::iter::once(&running[first]).chain(running);
     let part =
         parts.clone().find(signalled).or_else(|| parts.find(has_own_reason)).unwrap_or(&running[first]);
-    let name = part.role.name();
+    let name = part.name;
     let status = part.exited.unwrap_or_default();
-    let said = part
-        .diagnostics
-        .last()
-        .map_or(String::new(), |line| format!(": {}", line.trim_start_matches("error: ")));
+    let said = part.complaint().map_or(String::new(), |line| format!(": {line}"));
     Err(match (status.signal(), status.code()) {
         (Some(signal), _) => Failure::lost(format!("the {name} was lost: killed by signal {signal}{said}")),
         (None, Some(2)) => Failure::input(format!("the {name} refused its input{said}")),

@@ -2,12 +2,14 @@
 
 use crate::failure::{Exit, Failure, Outcome};
 use crate::progress::{Meter, Progress};
-use crate::{log_file, print, print_json, stop};
+use crate::terminal::{print, print_json};
+use crate::{log_file, stop};
 use clap::Args;
 use recorder::Log;
 use schemas::step::StepRecord;
 use serde::Serialize;
 use sim_node::{Model, Records, Scratch, State};
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -15,9 +17,9 @@ use std::path::PathBuf;
 pub struct Arguments {
     /// The log
     log: PathBuf,
-    /// Threads to simulate with; the result must not depend on them
+    /// Threads to simulate with; the result must not depend on them [default: all]
     #[arg(long, value_name = "N")]
-    threads: Option<usize>,
+    threads: Option<NonZeroUsize>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -46,7 +48,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let log = log_file::open(&arguments.log)?;
     log.require_same_version().map_err(log_file::failure)?;
     let threads = arguments.threads.unwrap_or_else(crate::default_threads);
-    let report = compare(&log, threads)?;
+    let report = compare(&log, threads.get())?;
     if arguments.json {
         print_json(&report)?;
     } else {

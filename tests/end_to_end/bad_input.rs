@@ -95,3 +95,41 @@ fn a_bus_name_in_use_is_refused() {
     assert_eq!(first.finish(), Some(0));
     place.expect(0, &["verify", "first.mcap"]);
 }
+
+#[test]
+fn a_reader_that_goes_away_is_no_reason_to_stop() {
+    let place = Place::new();
+    let mut run = place.command(&["run", "tiny.toml", "--out", "out"]);
+    let mut child =
+        run.stdout(std::process::Stdio::piped()).stderr(std::process::Stdio::piped()).spawn().unwrap();
+    // Both pipes are closed at once, as `| head -0` does.
+    drop((child.stdout.take(), child.stderr.take()));
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    assert!(place.path("out/frames/0003.png").exists());
+}
+
+#[test]
+fn a_refused_run_takes_nothing_away() {
+    let place = Place::new();
+    place.expect(0, &["run", "tiny.toml", "--out", "keep"]);
+    let log = place.bytes("keep/log.mcap");
+    let force = ["run", "tiny.toml", "--out", "keep", "--force"];
+    place.expect(2, &[&force[..], &["--threads", "0"]].concat());
+    place.expect(2, &[&force[..], &["--set", "time.time_step_s=1"]].concat());
+    assert!(place.bytes("keep/log.mcap") == log && place.path("keep/frames/0003.png").exists());
+    // A run that takes its place replaces pictures too, and only what a run has written.
+    std::fs::write(place.path("keep/frames/mine.png"), "keep").expect("a file");
+    place.expect(0, &[&force[..], &["--set", "time.duration_s=0.03"]].concat());
+    assert!(!place.path("keep/frames/0003.png").exists());
+    assert_eq!(place.bytes("keep/frames/mine.png"), b"keep");
+}
+
+#[test]
+fn a_scene_may_come_through_a_pipe() {
+    let place = Place::new();
+    let mut run = place.command(&["run", "/dev/stdin", "--out", "out", "--no-render"]);
+    let mut child = run.stdin(std::process::Stdio::piped()).spawn().unwrap();
+    std::io::Write::write_all(&mut child.stdin.take().unwrap(), command::TINY.as_bytes()).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    place.expect(0, &["verify", "out/log.mcap"]);
+}

@@ -65,6 +65,9 @@ fn interrupt_finishes_the_log() {
     assert_eq!(counts["/step"], end.step_count + 1);
     assert_eq!(end.outcome, schemas::end::Outcome::Interrupted);
     place.expect(0, &["verify", "run/log.mcap"]);
+    // It is a whole log of a short run: it can be rendered again.
+    place.expect(0, &["rerender", "run/log.mcap", "--out", "again", "--set", "render.samples_per_pixel=1"]);
+    assert_eq!(message_counts(&place.path("again/log.mcap"))["/frame"], end.keyframe_count);
 }
 
 #[test]
