@@ -19,6 +19,11 @@ type Port = iceoryx2::port::publisher::Publisher<ipc::Service, [u8], MessageHead
 /// at work to make room for the last messages, short enough for a person who pressed Ctrl-C.
 const STOP_PATIENCE: Duration = Duration::from_millis(500);
 
+/// A publisher that sends faster than this looks at its subscribers and wakes them once in this time, or when
+/// half a queue waits for them: each costs a system call, and the latter often a change of process. What is
+/// unannounced when the publisher pauses is found by the subscriber's own looking, at most 50 ms later.
+const LOOK_EVERY: Duration = Duration::from_millis(1);
+
 /// The sending side of a topic. Dropping it without [`finish`](Publisher::finish) tells the subscribers
 /// that the topic was broken off.
 #[derive(Debug)]
@@ -31,6 +36,10 @@ pub struct Publisher {
     stage: Stage,
     /// Number of the next message.
     sequence: u64,
+    /// When the subscribers were last looked at and woken.
+    looked_at: Instant,
+    /// Pieces sent since.
+    unannounced: usize,
     pressure: Arc<Pressure>,
     shared: Rc<Shared>,
 }
@@ -93,7 +102,18 @@ impl Publisher {
             stop: Arc::clone(&shared.stop),
             ports: Mutex::default(),
         });
-        Ok(Publisher { port: None, topic, subscribers, message_bytes, stage, sequence: 0, pressure, shared })
+        Ok(Publisher {
+            port: None,
+            topic,
+            subscribers,
+            message_bytes,
+            stage,
+            sequence: 0,
+            looked_at: Instant::now(),
+            unannounced: 0,
+            pressure,
+            shared,
+        })
     }
 
     /// One round of the handshake; returns who is still missing.
@@ -248,8 +268,14 @@ impl Publisher {
                 kind,
                 reserved: 0,
             };
-            self.deliver_piece(header, &message[offset..offset + piece_bytes])?;
-            self.wake_all();
+            let due = kind != KIND_DATA || self.looked_at.elapsed() >= LOOK_EVERY;
+            self.deliver_piece(header, &message[offset..offset + piece_bytes], due)?;
+            self.unannounced += 1;
+            if due || 2 * self.unannounced >= self.topic.queue {
+                self.wake_all();
+                self.looked_at = Instant::now();
+                self.unannounced = 0;
+            }
             offset += piece_bytes;
             if offset == message.len() {
                 return Ok(());
@@ -261,14 +287,19 @@ impl Publisher {
     ///
     /// A signal can interrupt a blocked delivery after some subscribers have the piece: it is sent again to
     /// all, and those who have it already drop the second copy by its number.
-    fn deliver_piece(&mut self, header: MessageHeader, piece: &[u8]) -> Result<(), BusError> {
+    ///
+    /// With `look`, or once it has waited, it asks first whether all subscribers are alive. A dead one that is
+    /// not looked at is found when its queue is full, or at the next look.
+    fn deliver_piece(&mut self, header: MessageHeader, piece: &[u8], look: bool) -> Result<(), BusError> {
         let mut last_error = None;
         let mut attempts = 0;
         while attempts < ATTEMPTS {
             let begin = Instant::now();
             // Who has got the end leaves, perhaps before it is sent again to the others.
             let may_have_left = header.kind == KIND_END && last_error.is_some();
-            if !may_have_left && self.subscribers.iter().any(|role| !self.shared.roster.alive(*role)) {
+            let look = look || last_error.is_some();
+            if look && !may_have_left && self.subscribers.iter().any(|role| !self.shared.roster.alive(*role))
+            {
                 break;
             }
             let Some(port) = &self.port else { break };
