@@ -114,6 +114,15 @@ pub enum BusError {
 }
 
 impl BusError {
+    /// What a process exits with that cannot go on for this reason: 2 where another bus name or directory
+    /// would do ([`BusError::BadName`], [`BusError::NameInUse`], [`BusError::PathTooLong`]), else 3.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            BusError::BadName { .. } | BusError::NameInUse { .. } | BusError::PathTooLong { .. } => 2,
+            _ => 3,
+        }
+    }
+
     /// A refusal of iceoryx2.
     pub(crate) fn transport(action: impl Into<String>, reason: impl std::fmt::Debug) -> Self {
         BusError::Transport { action: action.into(), reason: format!("{reason:?}") }

@@ -134,8 +134,7 @@ impl RecordError {
     pub fn exit_code(&self) -> u8 {
         match self {
             RecordError::Exists { .. } | RecordError::Create { .. } => 2,
-            RecordError::Bus(BusError::NameInUse { .. } | BusError::BadName { .. }) => 2,
-            RecordError::Bus(BusError::PathTooLong { .. }) => 2,
+            RecordError::Bus(error) => error.exit_code(),
             _ => 3,
         }
     }

@@ -192,6 +192,10 @@ fn the_same_log_is_the_same() {
     assert_eq!(found.verdict, Verdict::Differs);
     assert!(found.first.is_none());
     assert_eq!(found.scene[0].key, "record.state_every");
+    let text = found.to_string();
+    let ends: Vec<_> = text.lines().filter(|line| line.starts_with("end ")).collect();
+    let [ends] = ends[..] else { panic!("one field of the ends differs:\n{text}") };
+    assert!(ends.starts_with("end      state_count: 21 and "), "{ends}");
 }
 
 #[test]

@@ -205,7 +205,11 @@ fn plan(scene: &Scene, lights: &[AreaLight]) -> Plan {
     plan.push("shape/sphere", !scene.spheres.is_empty(), counted(scene.spheres.len(), "sphere"));
     plan.push("shape/plane", !scene.planes.is_empty(), counted(scene.planes.len(), "plane"));
     let lit = lights.iter().filter(|light| light.is_lit()).count();
-    plan.push("light/area", lit > 0, format!("{} that shine", counted(lit, "light")));
+    plan.push(
+        "light/area",
+        lit > 0,
+        format!("{} that shine{}", counted(lit, "light"), if lit == 1 { "s" } else { "" }),
+    );
     let sky = render.sky.zenith_radiance != [0.0; 3] || render.sky.horizon_radiance != [0.0; 3];
     let reason = if sky { "its radiance is not zero" } else { "zenith and horizon are black" };
     plan.push("light/sky", sky, reason);

@@ -107,10 +107,8 @@ impl NodeError {
     /// What the process exits with: 2 for bad input, 3 for a lost peer or damaged data.
     pub fn exit_code(&self) -> u8 {
         match self {
-            NodeError::Override(_)
-            | NodeError::Bus(
-                BusError::BadName { .. } | BusError::NameInUse { .. } | BusError::PathTooLong { .. },
-            ) => 2,
+            NodeError::Override(_) => 2,
+            NodeError::Bus(error) => error.exit_code(),
             _ => 3,
         }
     }

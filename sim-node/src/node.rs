@@ -89,8 +89,7 @@ impl NodeError {
     pub fn exit_code(&self) -> u8 {
         match self {
             NodeError::Read { .. } | NodeError::Scene { .. } | NodeError::Model { .. } => 2,
-            NodeError::Bus(BusError::BadName { .. } | BusError::NameInUse { .. }) => 2,
-            NodeError::Bus(_) => 3,
+            NodeError::Bus(error) => error.exit_code(),
         }
     }
 }

@@ -28,19 +28,37 @@ pub(crate) fn make(scene: &Scene, model: &Model, everything: bool) -> (Features,
     let free_rings = free(0..rings);
     let free_spheres = free(rings..rings + spheres);
 
-    let counts = format!("{rings} rings ({free_rings} free), {spheres} spheres, {planes} planes");
+    let counted = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+    let (of_rings, of_spheres) = (counted(rings, "ring"), counted(spheres, "sphere"));
+    let counts = format!("{of_rings} ({free_rings} free), {of_spheres}, {}", counted(planes, "plane"));
     choose("broad-phase/cell-list", rings + spheres > 1, counts.clone());
+    let (no_ring, no_sphere) = ((rings == 0, "no ring"), (spheres == 0, "no sphere"));
+    let no_plane = (planes == 0, "no plane");
+    // What would leave a pair out, and after that what leaves it out where the shapes are there.
     let pairs = [
-        ("contact/ring-ring", rings > 1 && free_rings > 0),
-        ("contact/ring-sphere", rings > 0 && spheres > 0 && free_rings + free_spheres > 0),
-        ("contact/ring-plane", free_rings > 0 && planes > 0),
-        ("contact/sphere-sphere", spheres > 1 && free_spheres > 0),
-        ("contact/sphere-plane", free_spheres > 0 && planes > 0),
+        ("contact/ring-ring", vec![(rings < 2, "fewer than two rings")], (free_rings, "no free ring")),
+        (
+            "contact/ring-sphere",
+            vec![no_ring, no_sphere],
+            (free_rings + free_spheres, "no free ring or sphere"),
+        ),
+        ("contact/ring-plane", vec![no_ring, no_plane], (free_rings, "no free ring")),
+        (
+            "contact/sphere-sphere",
+            vec![(spheres < 2, "fewer than two spheres")],
+            (free_spheres, "no free sphere"),
+        ),
+        ("contact/sphere-plane", vec![no_sphere, no_plane], (free_spheres, "no free sphere")),
     ];
     let mut contact = false;
-    for (part, needed) in pairs {
+    for (part, shapes, (free, none_free)) in pairs {
+        let mut missing: Vec<_> = shapes.iter().filter(|shape| shape.0).map(|shape| shape.1).collect();
+        if missing.is_empty() && free == 0 {
+            missing.push(none_free);
+        }
+        let needed = missing.is_empty();
         contact |= needed;
-        choose(part, needed, counts.clone());
+        choose(part, needed, if needed { counts.clone() } else { missing.join(", ") });
     }
 
     let materials: Vec<_> = model.materials_that_meet().collect();

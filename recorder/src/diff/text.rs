@@ -2,7 +2,6 @@
 
 use super::{Diff, FieldDifference, FrameDifference, KeyDifference, StateDifference, Verdict};
 use crate::summary::outcome_text;
-use schemas::end::End;
 use std::fmt;
 
 /// Keys that are listed of each half of the scene; the others are counted.
@@ -42,17 +41,26 @@ impl fmt::Display for Diff {
 }
 
 impl Diff {
-    /// How the runs ended. Their last hashes are told only if nothing else shows where the runs part.
+    /// What differs in how the runs ended. Their last hashes are told only if nothing else shows where the
+    /// runs part.
     fn write_ends(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Some([a, b]) = &self.ends else { return Ok(()) };
-        let told =
-            [a, b].map(|end| end.as_ref().map(|end| (&end.outcome, end.step_count, end.keyframe_count)));
-        if told[0] != told[1] {
-            let [a, b] = told.map(|told| outcome_text(told.map(|(outcome, ..)| outcome)));
-            write!(f, "\nend      {a}; {b}")?;
-        } else if self.first.is_none() {
-            let hash = |end: &Option<End>| end.as_ref().map(|end| end.chained_hash.short());
-            write!(f, "\nend      chained hash {} and {}", text_of(hash(a)), text_of(hash(b)))?;
+        let [outcome_a, outcome_b] = [a, b].map(|end| end.as_ref().map(|end| &end.outcome));
+        if outcome_a != outcome_b {
+            write!(f, "\nend      outcome: {}; {}", outcome_text(outcome_a), outcome_text(outcome_b))?;
+        }
+        let (Some(a), Some(b)) = (a, b) else { return Ok(()) };
+        for (field, a, b) in [
+            ("step_count", a.step_count, b.step_count),
+            ("state_count", a.state_count, b.state_count),
+            ("keyframe_count", a.keyframe_count, b.keyframe_count),
+        ] {
+            if a != b {
+                write!(f, "\nend      {field}: {a} and {b}")?;
+            }
+        }
+        if a.chained_hash != b.chained_hash && self.first.is_none() {
+            write!(f, "\nend      chained_hash: {} and {}", a.chained_hash.short(), b.chained_hash.short())?;
         }
         Ok(())
     }

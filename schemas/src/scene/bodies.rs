@@ -9,7 +9,10 @@ use serde::{Deserialize, Serialize};
 /// Along a contact arc the force per unit length is `max(0, k d (1 + z d') + c d')` with the penetration `d`,
 /// its rate `d'`, the line stiffness `k` and the two dampings `z` (Hunt-Crossley) and `c` (Kelvin-Voigt);
 /// at a contact point (sphere against sphere or plane) it is the same with the point stiffness and damping.
-/// It never pulls. Two materials in contact count with the harmonic mean of their stiffnesses, the
+/// It never pulls. The integrator `rk4` takes the rate as it is; `verlet` takes damping implicitly, with the
+/// rate `d' / (1 + h/2 w L C)`: time step `h`, both bodies' mobility `w`, length `L` of the arc (1 at a
+/// point) and `C = k d z + c`. So no damping is too strong for a step, and strong damping is felt less than
+/// its constant says, by a share that vanishes with the step (docs/methods.md has `w`). Two materials in contact count with the harmonic mean of their stiffnesses, the
 /// arithmetic mean of their dampings and the geometric mean of their friction coefficients.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -21,12 +24,14 @@ pub struct Material {
     #[serde(default = "Material::default_point_stiffness")]
     pub point_stiffness_n_per_m: f64,
     /// Hunt-Crossley damping `z`, in seconds per metre: damping that grows with penetration.
+    /// `verlet` takes it implicitly: see above.
     #[serde(default)]
     pub damping_s_per_m: f64,
-    /// Kelvin-Voigt damping `c` per length of contact arc, in newton seconds per square metre.
+    /// Kelvin-Voigt damping `c` per length of contact arc, in newton seconds per square metre; implicit
+    /// likewise.
     #[serde(default)]
     pub line_damping_n_s_per_m2: f64,
-    /// Kelvin-Voigt damping `c` of contact points, in newton seconds per metre.
+    /// Kelvin-Voigt damping `c` of contact points, in newton seconds per metre; implicit likewise.
     #[serde(default)]
     pub point_damping_n_s_per_m: f64,
     /// Coulomb's coefficient of friction.

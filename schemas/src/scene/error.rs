@@ -34,6 +34,14 @@ pub enum SceneError {
         /// The override as given.
         text: String,
     },
+    /// An override with an integer that TOML cannot hold.
+    #[error("--set {text}: TOML integers go from -9223372036854775808 to 9223372036854775807{hint}")]
+    OverrideInteger {
+        /// The override as given.
+        text: String,
+        /// What takes larger ones, or nothing.
+        hint: &'static str,
+    },
     /// An override whose path leads through something that is not a table or a list entry.
     #[error("--set {text}: there is no '{part}' to go into")]
     OverridePath {

@@ -67,7 +67,7 @@ pub struct Time {
     pub duration_s: f64,
     /// Simulated time of one step, in seconds.
     pub time_step_s: f64,
-    /// Frames per second of simulated time; also the movie's rate.
+    /// Frames per second of simulated time, at most one a step; also the movie's rate.
     #[serde(default = "Time::default_frames_per_second")]
     pub frames_per_second: f64,
 }
@@ -107,8 +107,7 @@ impl Time {
         step == self.step_count() || self.frame_at(step).is_some()
     }
 
-    /// The frame that is taken at a step, if one is. (A time step longer than the time between frames
-    /// takes several frames at one step; the first is meant here.)
+    /// The frame that is taken at a step, if one is.
     pub fn frame_at(&self, step: u64) -> Option<u64> {
         let guess = libm::floor(step as f64 * self.time_step_s * self.frames_per_second) as u64;
         (guess.saturating_sub(1)..=guess + 1)

@@ -30,10 +30,11 @@ impl Scene {
     /// [`SceneError`] as for [`Scene::parse`], and for a key outside `render`.
     pub fn with_render(&self, overrides: &[String]) -> Result<Scene, SceneError> {
         for text in overrides {
-            if !text.trim_start().starts_with("render.") {
+            let (key, value) = halves(text)?;
+            if !key.starts_with("render.") {
                 return Err(SceneError::Value {
-                    key: text.split('=').next().unwrap_or(text).trim().to_owned(),
-                    value: text.clone(),
+                    key: key.to_owned(),
+                    value: value.to_owned(),
                     expected: "a key of render.*: the motion in a log is what it is; use `run` to change it"
                         .to_owned(),
                 });
@@ -66,14 +67,18 @@ fn apply(table: &mut toml::Table, overrides: &[String]) -> Result<(), SceneError
     for text in overrides {
         let malformed = || SceneError::Override { text: text.clone() };
         let missing = |part: &str| SceneError::OverridePath { text: text.clone(), part: part.to_owned() };
-        let (path, value) = text.split_once('=').ok_or_else(malformed)?;
-        let mut parts: Vec<&str> = path.trim().split('.').collect();
+        let (path, value) = halves(text)?;
+        if is_beyond_integers(value) {
+            let hint = if path == "seed" { "; --seed takes more" } else { "" };
+            return Err(SceneError::OverrideInteger { text: text.clone(), hint });
+        }
+        let mut parts: Vec<&str> = path.split('.').collect();
         let last = parts.pop().filter(|part| !part.is_empty()).ok_or_else(malformed)?;
         let mut place = &mut root;
         for part in parts {
             place = step_into(place, part).ok_or_else(|| missing(part))?;
         }
-        let value = parse_value(value.trim());
+        let value = parse_value(value);
         match place {
             toml::Value::Table(inner) => {
                 inner.insert(last.to_owned(), value);
@@ -89,6 +94,19 @@ fn apply(table: &mut toml::Table, overrides: &[String]) -> Result<(), SceneError
         *table = changed;
     }
     Ok(())
+}
+
+/// The key's path and the value of an override.
+fn halves(text: &str) -> Result<(&str, &str), SceneError> {
+    let (path, value) = text.split_once('=').ok_or_else(|| SceneError::Override { text: text.to_owned() })?;
+    Ok((path.trim(), value.trim()))
+}
+
+/// Whether a value is an integer that TOML, whose integers have 64 bits with the sign, has no room for.
+fn is_beyond_integers(value: &str) -> bool {
+    let digits = value.strip_prefix(['+', '-']).unwrap_or(value);
+    let is_integer = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
+    is_integer && value.parse::<i64>().is_err()
 }
 
 fn step_into<'a>(place: &'a mut toml::Value, part: &str) -> Option<&'a mut toml::Value> {
@@ -117,7 +135,9 @@ fn syntax(error: toml::de::Error) -> SceneError {
         && let Some((unknown, rest)) = rest.split_once('`')
     {
         let known = rest.split('`').skip(1).step_by(2);
-        text.push_str(&suggestion(unknown, known));
+        // The message is the text's last part but for a line that tells the place.
+        let end = text.rfind(message).map_or(text.len(), |start| start + message.len());
+        text.insert_str(end, &suggestion(unknown, known));
     }
     SceneError::Syntax(text.trim_end().to_owned())
 }

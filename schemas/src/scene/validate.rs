@@ -7,6 +7,9 @@ use std::fmt::Display;
 
 /// No coordinate may be larger than this, in metres: its square, and the square of that, stay finite.
 const LENGTH_MAX_M: f64 = 1e12;
+/// The largest number of frames for each step: one, and what rounding may add to the product of two decimals.
+/// It is too little to bring two of a billion frames together.
+const ONE_FRAME_A_STEP: f64 = 1.0 + 1e-12;
 /// A run of more steps than this is a slip of the pen.
 const STEP_COUNT_MAX: f64 = 1e12;
 /// More rings than this do not fit the 32-bit numbers of bodies, by far.
@@ -82,14 +85,22 @@ impl Scene {
         let steps = self.time.duration_s / self.time.time_step_s;
         if steps.is_nan() || steps > STEP_COUNT_MAX {
             let expected = format!("at most {STEP_COUNT_MAX:e} steps in time.duration_s, not {steps:e}");
-            return Err(refuse("time.time_step_s", self.time.time_step_s, &expected));
+            return Err(refuse_number("time.time_step_s", self.time.time_step_s, &expected));
         }
         if self.time.duration_s * self.time.frames_per_second > 1e9 {
-            return Err(refuse(
+            return Err(refuse_number(
                 "time.frames_per_second",
                 self.time.frames_per_second,
                 "at most 1e9 frames in all",
             ));
+        }
+        if self.time.frames_per_second * self.time.time_step_s > ONE_FRAME_A_STEP {
+            let expected = format!(
+                "at most one frame a step: {:?} with time.time_step_s = {:?}",
+                1.0 / self.time.time_step_s,
+                self.time.time_step_s
+            );
+            return Err(refuse_number("time.frames_per_second", self.time.frames_per_second, &expected));
         }
         Ok(())
     }
@@ -184,7 +195,7 @@ fn validate_render(render: &Render) -> Result<(), SceneError> {
     vector("render.camera.up", &camera.up)?;
     let angle = camera.vertical_field_of_view_rad;
     if !(angle > 0.0 && angle < std::f64::consts::PI) {
-        return Err(refuse(
+        return Err(refuse_number(
             "render.camera.vertical_field_of_view_rad",
             angle,
             "more than 0 and less than pi",
@@ -240,8 +251,8 @@ fn radii(key: &dyn Fn(&str) -> String, major_m: f64, minor_m: f64) -> Result<(),
     positive(&key("major_radius_m"), major_m)?;
     positive(&key("minor_radius_m"), minor_m)?;
     if minor_m >= major_m {
-        let expected = format!("less than major_radius_m = {major_m}");
-        return Err(refuse(&key("minor_radius_m"), minor_m, &expected));
+        let expected = format!("less than major_radius_m = {major_m:?}");
+        return Err(refuse_number(&key("minor_radius_m"), minor_m, &expected));
     }
     Ok(())
 }
@@ -250,14 +261,19 @@ fn positive(key: &str, value: f64) -> Result<(), SceneError> {
     if value.is_normal() && value > 0.0 && value <= LENGTH_MAX_M * LENGTH_MAX_M {
         return Ok(());
     }
-    Err(refuse(key, value, "a positive number"))
+    Err(refuse_number(key, value, &format!("a positive number{}", limits(value))))
 }
 
 fn not_negative(key: &str, value: f64) -> Result<(), SceneError> {
     if value == 0.0 || positive(key, value).is_ok() {
         return Ok(());
     }
-    Err(refuse(key, value, "0 or a positive number"))
+    Err(refuse_number(key, value, &format!("0 or a positive number{}", limits(value))))
+}
+
+/// The limits of a positive number ([`positive`]), for a value that is positive and beyond them.
+fn limits(value: f64) -> &'static str {
+    if value > 0.0 { " from 2.3e-308 to 1e24" } else { "" }
 }
 
 fn vector(key: &str, values: &[f64]) -> Result<(), SceneError> {
@@ -272,7 +288,7 @@ fn unit(key: &str, values: &[f64]) -> Result<(), SceneError> {
     if (length - 1.0).abs() <= 1e-6 {
         return Ok(());
     }
-    Err(refuse(key, format!("{values:?} (of length {length})"), "length 1, within 1e-6"))
+    Err(refuse(key, format!("{values:?} (of length {length:?})"), "length 1, within 1e-6"))
 }
 
 fn unit_or_longer(key: &str, values: &[f64]) -> Result<(), SceneError> {
@@ -287,7 +303,7 @@ fn colour(key: &str, values: &[f64; 3]) -> Result<(), SceneError> {
     if values.iter().all(|value| (0.0..=LENGTH_MAX_M).contains(value)) {
         return Ok(());
     }
-    Err(refuse(key, format!("{values:?}"), "three numbers of 0 or more"))
+    Err(refuse(key, format!("{values:?}"), "three numbers from 0 to 1e12"))
 }
 
 fn norm(values: &[f64]) -> f64 {
@@ -296,6 +312,11 @@ fn norm(values: &[f64]) -> f64 {
 
 fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// A number as one would write it: `{:?}` turns to powers of ten where `{}` would print hundreds of digits.
+fn refuse_number(key: &str, value: f64, expected: &str) -> SceneError {
+    refuse(key, format!("{value:?}"), expected)
 }
 
 fn refuse(key: &str, value: impl Display, expected: &str) -> SceneError {

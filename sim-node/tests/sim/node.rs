@@ -149,7 +149,10 @@ fn bad_input_is_told_with_exit_code_2() {
     let path = scene("two-rings.toml");
     let cases = [
         (vec!["nowhere.toml"], "nowhere.toml"),
-        (vec![path.to_str().unwrap(), "--set", "time.time_step_s=1"], "expected at most"),
+        (
+            vec![path.to_str().unwrap(), "--set", "time.time_step_s=1", "--set", "time.frames_per_second=1"],
+            "contacts of ring",
+        ),
         (vec![path.to_str().unwrap(), "--set", "ring.1.position_m=[0.0, -0.35, 0.3]"], "overlap"),
         (vec![path.to_str().unwrap(), "--set", "time.duration=1"], "did you mean"),
     ];

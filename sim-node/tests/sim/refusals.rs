@@ -76,7 +76,11 @@ fn time_step_beyond_the_bound_is_refused_with_the_bound() {
     let drop = include_str!("../../../scenes/drop.toml");
     for integrator in ["verlet", "rk4"] {
         let with = |step: f64| {
-            let set = [format!("method.integrator={integrator}"), format!("time.time_step_s={step:?}")];
+            let set = [
+                format!("method.integrator={integrator}"),
+                format!("time.time_step_s={step:?}"),
+                "time.frames_per_second=0.1".to_owned(),
+            ];
             Scene::parse(drop, &set).unwrap()
         };
         let error = Model::compile(&with(0.1)).unwrap_err();
