@@ -82,12 +82,7 @@ fn publishers(arguments: &Arguments, scene: usize, log: &Log) -> Result<Publishe
 }
 
 fn bus_failure(error: BusError) -> Failure {
-    match error {
-        BusError::NameInUse { .. } | BusError::BadName { .. } | BusError::PathTooLong { .. } => {
-            Failure::input(error)
-        }
-        _ => Failure::lost(error),
-    }
+    Failure { exit: Exit::from_code(error.exit_code()), message: error.to_string() }
 }
 
 /// The part of a log that is played, and how fast.

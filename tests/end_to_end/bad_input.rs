@@ -15,7 +15,7 @@ fn scenes_that_cannot_be_used() {
         (&["run", "tiny.toml", "--set", "time.time_step_s=-1"], &["time.time_step_s", "-1", "positive"]),
         (&["run", "tiny.toml", "--set", "time.time_step_s=nan"], &["time.time_step_s", "NaN"]),
         (
-            &["run", "tiny.toml", "--set", "time.time_step_s=0.5"],
+            &["run", "tiny.toml", "--set", "time.time_step_s=0.5", "--set", "time.frames_per_second=1"],
             &["time.time_step_s", "5e-1", "at most", "contacts of ring 1"],
         ),
         (&["run", "tiny.toml", "--set", "weave.0.minor_radius_m=0.3"], &["ring 0", "ring 1", "gap"]),
