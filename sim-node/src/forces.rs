@@ -5,12 +5,12 @@
 //! threads.
 
 use crate::Model;
+use crate::broad::Neighbours;
+use crate::contact::friction::Slip;
+use crate::contact::material::PairMaterial;
 use crate::contact::{
     Contact, Pair, PairForce, ring_plane, ring_ring, ring_sphere, sphere_plane, sphere_sphere,
 };
-use crate::friction::Slip;
-use crate::material::PairMaterial;
-use crate::neighbours::Neighbours;
 use crate::wrench::{Velocity, Wrench, relative_velocity};
 use geometry::{Circle, Vec3};
 use rayon::prelude::*;

@@ -8,22 +8,19 @@
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
 mod body;
+mod broad;
 mod contact;
 mod forces;
-mod friction;
-mod material;
+mod integrator;
 mod model;
-mod neighbours;
 pub mod node;
 mod overlap;
 mod plan;
 mod record;
-mod rk4;
 mod scratch;
 mod stability;
 mod state;
 mod step;
-mod verlet;
 mod wrench;
 
 pub use body::{Body, Shape};

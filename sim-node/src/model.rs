@@ -1,7 +1,7 @@
 //! The model: a scene compiled into constants. Immutable; shared by all threads.
 
 use crate::body::Body;
-use crate::material::PairMaterial;
+use crate::contact::material::PairMaterial;
 use crate::plan::Features;
 use crate::{overlap, plan, stability};
 use geometry::{Circle, Vec3};

@@ -1,8 +1,8 @@
 //! What must hold before the first step: nothing overlaps; and which rings are linked.
 
 use crate::Model;
+use crate::broad::Neighbours;
 use crate::model::ModelError;
-use crate::neighbours::Neighbours;
 use geometry::arc::circle_circle_arcs;
 use geometry::circle::{closest_points, linked};
 use geometry::{Circle, Vec3};

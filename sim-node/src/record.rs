@@ -205,7 +205,7 @@ pub fn audit(model: &Model, state: &State) -> Audit {
         .iter()
         .filter(|&&(a, b)| linked(&circles[a as usize], &circles[b as usize]))
         .count() as u64;
-    let mut neighbours = crate::neighbours::Neighbours::default();
+    let mut neighbours = crate::broad::Neighbours::default();
     neighbours.update(model, &circles);
     let mut gap_min_m: Option<f64> = None;
     // The list holds pairs that are a little farther apart than candidates; they are left out, so that the

@@ -2,7 +2,7 @@
 
 use crate::Model;
 use crate::forces::{Evaluation, Moment};
-use crate::rk4::Rk4Scratch;
+use crate::integrator::rk4::Rk4Scratch;
 use crate::wrench::Velocity;
 use geometry::{Circle, Vec3};
 use nalgebra::UnitQuaternion;

@@ -27,7 +27,7 @@
 //! An estimate, on the safe side for linked sheets (in hanging sheets blow-ups were seen from about twice
 //! the stiffness that it allows), but not a proof: wires that lie along each other have longer arcs.
 
-use crate::material::{NormalLaw, PairMaterial};
+use crate::contact::material::{NormalLaw, PairMaterial};
 use crate::model::Model;
 use schemas::scene::{Integrator, Scene};
 

@@ -1,9 +1,10 @@
 //! One step, and what can stop a run.
 
 use crate::forces::SlipMotion;
+use crate::integrator::{rk4, verlet};
 use crate::model::BodyName;
 use crate::state::Motion;
-use crate::{Model, Scratch, State, rk4, verlet, wrench::Velocity};
+use crate::{Model, Scratch, State, wrench::Velocity};
 use geometry::Circle;
 use schemas::scene::Integrator;
 use schemas::state::BodyState;

@@ -27,12 +27,16 @@
 //! both centrelines cross (D = 0) the normal is B's axis: a fixed choice for a case that only occurs when
 //! one ring has passed through another.
 
-use crate::friction::{Grip, Slip};
-use crate::material::NormalLaw;
+pub(crate) mod friction;
+pub(crate) mod material;
+
 use crate::model::HalfSpace;
 use crate::wrench::{Velocity, Wrench};
+use friction::{Grip, Slip};
+
 use geometry::arc::{circle_circle_arcs, circle_plane_arcs, circle_point_arcs, rule_for};
 use geometry::{Arcs, Circle, Vec3};
+use material::NormalLaw;
 
 /// One contact: a connected contact arc, or a contact point.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,0 +1,4 @@
+//! Integrators of the equations of motion, a file each.
+
+pub(crate) mod rk4;
+pub(crate) mod verlet;
