@@ -1,6 +1,6 @@
 //! Constants of one rigid body: mass, inertia, size, and how drag slows it within a step.
 
-use geometry::GaussRule;
+use geometry::{Circle, GaussRule, Vec3};
 use schemas::scene::{Forces, Ring, Sphere};
 
 /// The shape of a body.
@@ -27,7 +27,10 @@ pub struct Body {
     pub shape: Shape,
     /// Mass in kilograms, also of a pinned body.
     pub mass_kg: f64,
-    /// Moment of inertia about any axis through the centre and across the body's own z axis (kg m^2).
+    /// Principal moments of inertia, about the body's own x, y and z axes (kg m^2).
+    pub inertia_kg_m2: [f64; 3],
+    /// Moment of inertia about any axis through the centre and across the body's own z axis (kg m^2); the
+    /// one about x of a body that is not a symmetric top.
     pub inertia_transverse_kg_m2: f64,
     /// Moment of inertia about the body's own z axis (kg m^2).
     pub inertia_axial_kg_m2: f64,
@@ -44,6 +47,10 @@ pub struct Body {
     pub(crate) inverse_mass: f64,
     pub(crate) inverse_transverse: f64,
     pub(crate) inverse_axial: f64,
+    /// Inverses of the principal moments; 0 for a pinned body (1/(kg m^2)).
+    pub(crate) inverse_inertia: [f64; 3],
+    /// The moments about x and y differ: not a symmetric top.
+    pub(crate) asymmetric: bool,
     /// `1 - I3 / I1`: the part of the axial spin that is not precession.
     pub(crate) spin_share: f64,
     /// Velocity that a unit impulse can give to a point of the surface, times the contacts that may act at
@@ -66,14 +73,14 @@ impl Body {
         let axial = (0.75 * minor * minor + major * major) * mass;
         let shape = Shape::Ring { major_radius_m: major, minor_radius_m: minor };
         let drags = (forces.linear_drag_kg_per_s, forces.angular_drag_kg_m2_per_s);
-        Body::new(shape, mass, (transverse, axial), ring.pinned, material, drags, time_step)
+        Body::new(shape, mass, [transverse, transverse, axial], ring.pinned, material, drags, time_step)
     }
 
     /// A sphere; drag is a property of rings alone.
     pub(crate) fn sphere(sphere: &Sphere, material: u32, time_step: f64) -> Body {
         let inertia = 0.4 * sphere.mass_kg * sphere.radius_m * sphere.radius_m;
         let shape = Shape::Sphere { radius_m: sphere.radius_m };
-        Body::new(shape, sphere.mass_kg, (inertia, inertia), sphere.pinned, material, (0.0, 0.0), time_step)
+        Body::new(shape, sphere.mass_kg, [inertia; 3], sphere.pinned, material, (0.0, 0.0), time_step)
     }
 
     /// Velocity per impulse at a point that is at most `lever` from the centre (1/kg), in any direction.
@@ -81,10 +88,49 @@ impl Body {
         self.inverse_mass + lever * lever * self.inverse_transverse
     }
 
+    /// Angular acceleration of the free body under a torque (rad/s^2), by Euler's equations; World axes.
+    /// `frame` holds the body's axes, and of a pinned body the answer is 0.
+    ///
+    /// For a symmetric top with the axis `n` and `w3 = w . n`: `L = I1 w + (I3 - I1) w3 n` and
+    /// `I dw/dt = torque - w x L`. Otherwise the same, component by component in the body's axes.
+    #[inline]
+    pub(crate) fn angular_acceleration(&self, frame: &Circle, angular: &Vec3, torque: &Vec3) -> Vec3 {
+        let normal = &frame.normal;
+        if !self.asymmetric {
+            let spin = angular.dot(normal);
+            let gyroscopic = (self.inertia_axial_kg_m2 - self.inertia_transverse_kg_m2) * spin;
+            let torque = torque - angular.cross(normal) * gyroscopic;
+            let about = torque.dot(normal);
+            return (torque - normal * about) * self.inverse_transverse
+                + normal * (about * self.inverse_axial);
+        }
+        let local = |v: &Vec3| Vec3::new(v.dot(&frame.u), v.dot(&frame.w), v.dot(normal));
+        let (w, [i1, i2, i3]) = (local(angular), self.inertia_kg_m2);
+        let momentum = Vec3::new(i1 * w.x, i2 * w.y, i3 * w.z);
+        let torque = local(torque) - w.cross(&momentum);
+        let [j1, j2, j3] = self.inverse_inertia;
+        frame.u * (j1 * torque.x) + frame.w * (j2 * torque.y) + normal * (j3 * torque.z)
+    }
+
+    /// Kinetic energy of rotation (J); `frame` holds the body's axes.
+    #[inline]
+    pub(crate) fn rotational_energy(&self, frame: (&Vec3, &Vec3, &Vec3), angular: &Vec3) -> f64 {
+        let (u, w, normal) = frame;
+        let about = angular.dot(normal);
+        if self.asymmetric {
+            let [i1, i2, i3] = self.inertia_kg_m2;
+            let (x, y) = (angular.dot(u), angular.dot(w));
+            return 0.5 * (i1 * x * x + i2 * y * y + i3 * about * about);
+        }
+        let across = angular - normal * about;
+        0.5 * self.inertia_transverse_kg_m2 * across.norm_squared()
+            + 0.5 * self.inertia_axial_kg_m2 * about * about
+    }
+
     fn new(
         shape: Shape,
         mass: f64,
-        (transverse, axial): (f64, f64),
+        inertia_kg_m2: [f64; 3],
         pinned: bool,
         material: u32,
         (linear_drag, angular_drag): (f64, f64),
@@ -95,9 +141,11 @@ impl Body {
             Shape::Sphere { radius_m } => (0.0, radius_m),
         };
         let inverse = |value: f64| if pinned { 0.0 } else { 1.0 / value };
+        let [transverse, second, axial] = inertia_kg_m2;
         Body {
             shape,
             mass_kg: mass,
+            inertia_kg_m2,
             inertia_transverse_kg_m2: transverse,
             inertia_axial_kg_m2: axial,
             pinned,
@@ -108,6 +156,8 @@ impl Body {
             inverse_mass: inverse(mass),
             inverse_transverse: inverse(transverse),
             inverse_axial: inverse(axial),
+            inverse_inertia: inertia_kg_m2.map(inverse),
+            asymmetric: transverse != second,
             spin_share: 1.0 - axial / transverse,
             mobility: 0.0,
             linear_drag: Decay::new(linear_drag, mass, time_step),

@@ -159,12 +159,9 @@ pub fn mechanical_energy(model: &Model, state: &State) -> (f64, f64) {
     let (mut kinetic, mut gravity) = (0.0, 0.0);
     for (body, pose) in model.bodies().iter().zip(&state.bodies) {
         let motion = Motion::of(pose);
-        let (_, _, normal) = rotation::axes(&motion.orientation);
-        let about = motion.angular.dot(&normal);
-        let across = motion.angular - normal * about;
+        let (u, w, normal) = rotation::axes(&motion.orientation);
         kinetic += 0.5 * body.mass_kg * motion.linear.norm_squared()
-            + 0.5 * body.inertia_transverse_kg_m2 * across.norm_squared()
-            + 0.5 * body.inertia_axial_kg_m2 * about * about;
+            + body.rotational_energy((&u, &w, &normal), &motion.angular);
         gravity -= body.mass_kg * model.gravity().dot(&motion.position);
     }
     (kinetic, gravity)

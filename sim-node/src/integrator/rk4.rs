@@ -136,7 +136,7 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) {
             }
             let stage = Stage {
                 body,
-                normal: moment.circles[index].normal,
+                frame: &moment.circles[index],
                 velocity: moment.velocities[index],
                 wrench: evaluation.wrenches[index],
                 lost: Evaluation::loses(model).then(|| evaluation.lost[index]),
@@ -169,7 +169,8 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) {
 /// One body in one stage.
 struct Stage<'a> {
     body: &'a Body,
-    normal: Vec3,
+    /// The body's axes.
+    frame: &'a Circle,
     velocity: Velocity,
     wrench: Wrench,
     lost: Option<Wrench>,
@@ -177,19 +178,13 @@ struct Stage<'a> {
 }
 
 impl Stage<'_> {
-    /// Newton's and Euler's equations for a symmetric top in World axes: with the axis `n` and `w3 = w . n`,
-    /// `L = I1 w + (I3 - I1) w3 n` and `I dw/dt = torque - w x L`.
+    /// Newton's and Euler's equations in World axes.
     fn slope(&self, orientation: &Quaternion<f64>) -> Slope {
         let (v, w, body) = (self.velocity.linear, self.velocity.angular, self.body);
-        let spin = w.dot(&self.normal);
-        let about_axis = self.normal * spin;
-        let across = w - about_axis;
-        let gyroscopic = (body.inertia_axial_kg_m2 - body.inertia_transverse_kg_m2) * spin;
-        let drag_torque = w * body.axial_drag.drag;
-        let torque = self.wrench.torque - drag_torque - w.cross(&self.normal) * gyroscopic;
-        let about = torque.dot(&self.normal);
-        let angular = (torque - self.normal * about) * body.inverse_transverse
-            + self.normal * (about * body.inverse_axial);
+        let spin = w.dot(&self.frame.normal);
+        let across = w - self.frame.normal * spin;
+        let torque = self.wrench.torque - w * body.axial_drag.drag;
+        let angular = body.angular_acceleration(self.frame, &w, &torque);
         let force = self.wrench.force - v * body.linear_drag.drag;
         let drag_power = body.linear_drag.drag * v.norm_squared()
             + body.axial_drag.drag * (spin * spin + across.norm_squared());
