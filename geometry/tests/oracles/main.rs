@@ -13,4 +13,5 @@ mod properties;
 mod quadrature;
 mod random;
 mod shapes;
+mod sturm;
 mod torus;
