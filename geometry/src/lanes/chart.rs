@@ -48,22 +48,21 @@ pub(super) fn charts<S: Simd>(
         );
         let sides = sides(simd, &PairLanes::load(simd, lines, four));
         let here = (1u64 << group.len()) - 1;
-        for lane in 0..group.len() {
-            if sides.irregular >> lane & 1 == 1 {
-                irregular.push(numbers[lane]);
-            }
+        if sides.irregular & here != 0 {
+            let odd = |lane: &usize| (sides.irregular >> lane) & 1 == 1;
+            irregular.extend((0..group.len()).filter(odd).map(|lane| numbers[lane]));
         }
         let keep = [sides.keep[0] & here & !sides.irregular, sides.keep[1] & here & !sides.irregular];
         if keep[0] | keep[1] == 0 {
             continue;
         }
-        for lane in 0..LANES {
-            for side in 0..2 {
+        for (lane, &pair) in numbers.iter().enumerate() {
+            for (side, keep) in keep.iter().enumerate() {
                 let chart = &mut charts[count];
                 sides.low[side][lane].store_array(&mut chart.low);
                 sides.rest[side][lane].store_array(&mut chart.rest);
-                chart.pair = numbers[lane];
-                count += (keep[side] >> lane & 1) as usize;
+                chart.pair = pair;
+                count += ((keep >> lane) & 1) as usize;
             }
         }
     }

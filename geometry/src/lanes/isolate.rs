@@ -46,11 +46,9 @@ pub(super) fn isolate<S: Simd>(simd: S, charts: &[Chart], arcs: &mut Vec<LaneArc
             }
         }
         let keep = found.touching & here & !odd;
-        for lane in 0..LANES {
-            let mut numbers = [0.0; 4];
-            found.arcs[lane].store_array(&mut numbers);
-            let [mid_cos, mid_sin, half_tangent, _] = numbers;
-            arcs[count] = LaneArc { mid_cos, mid_sin, half_tangent, pair: f64::from(four[lane].pair) };
+        for (lane, (row, chart)) in found.arcs.iter().zip(four).enumerate() {
+            let [mid_cos, mid_sin, half_tangent, _] = *row.as_array();
+            arcs[count] = LaneArc { mid_cos, mid_sin, half_tangent, pair: f64::from(chart.pair) };
             count += (keep >> lane & 1) as usize;
         }
     }
@@ -108,8 +106,8 @@ fn ends<S: Simd>(simd: S, charts: [&Chart; LANES]) -> Found<S> {
     for _ in 0..ROOT_STEPS {
         low_step = halley(&c, low);
         high_step = halley(&c, high);
-        low = low - low_step;
-        high = high - high_step;
+        low -= low_step;
+        high -= high_step;
     }
     let small = (high - low) * (0.5 * STEP_MAX);
     let converged = low_step.abs().simd_lt(small) & high_step.abs().simd_lt(small);

@@ -19,7 +19,6 @@
 //! `g = (n_A - c n_B) / sin` the vectors `(e2, g, n_B)` are right-handed and a point of A lies at
 //! `(d.e2 + R_A sin(t), d.g - R_A c cos(t), h)` from B's centre.
 
-use fearless_simd::prelude::*;
 use fearless_simd::{f64x4, mask64x4};
 
 pub use fearless_simd::prelude::{Select, SimdBase, SimdFloat, SimdMask};
