@@ -330,6 +330,16 @@ impl Model {
         &self.pair_materials[material(a) as usize * self.material_count + material(b) as usize]
     }
 
+    /// Number of materials.
+    pub(crate) fn material_count(&self) -> usize {
+        self.material_count
+    }
+
+    /// The constants of all pairs of materials: a row for each first one.
+    pub(crate) fn pair_materials(&self) -> &[PairMaterial] {
+        &self.pair_materials
+    }
+
     /// The constants of all pairs of materials that bodies and planes have.
     pub(crate) fn materials_that_meet(&self) -> impl Iterator<Item = &PairMaterial> {
         let mut of_bodies = vec![false; self.material_count];

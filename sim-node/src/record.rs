@@ -1,5 +1,6 @@
 //! The diary of a run: one record for each step, and the state's message.
 
+use crate::contact::Contact;
 use crate::overlap::gap;
 use crate::state::Motion;
 use crate::{Model, Scratch, State, Stop};
@@ -65,9 +66,8 @@ impl Records {
         let audited = time.is_audited(state.step);
         let (kinetic_energy_j, gravity_energy_j) = mechanical_energy(model, state);
         let mut penetration_m = 0.0;
-        let mut contacts = 0;
-        for (_, _, contact) in scratch.evaluation.contacts() {
-            contacts += 1;
+        let contacts = scratch.evaluation.contacts(&scratch.moment);
+        for (_, _, contact) in &contacts {
             if contact.penetration > penetration_m {
                 penetration_m = contact.penetration;
             }
@@ -75,15 +75,15 @@ impl Records {
         StepRecord {
             step: state.step,
             sim_time_s: state.sim_time_s,
-            candidate_pairs: scratch.evaluation.candidates().count() as u64,
-            contacts,
+            candidate_pairs: scratch.evaluation.candidates(model, &scratch.moment).count() as u64,
+            contacts: contacts.len() as u64,
             kinetic_energy_j,
             gravity_energy_j,
             contact_energy_j: contact_energy(model, state, scratch),
             dissipated_energy_j: state.dissipated_energy_j,
             penetration_m,
             audit: audited.then(|| audit(model, state)),
-            stages: self.stages(scratch, &state_hash),
+            stages: self.stages(model, scratch, &contacts, &state_hash),
             state_hash,
             chained_hash: self.chained_hash,
         }
@@ -118,17 +118,23 @@ impl Records {
         Ok(())
     }
 
-    fn stages(&mut self, scratch: &Scratch, state_hash: &Hash) -> StageHashes {
+    fn stages(
+        &mut self,
+        model: &Model,
+        scratch: &Scratch,
+        contacts: &[(u32, u32, Contact)],
+        state_hash: &Hash,
+    ) -> StageHashes {
         let evaluation = &scratch.evaluation;
         let bytes = &mut self.stage;
         bytes.clear();
-        for &(a, b) in evaluation.candidates() {
+        for &(a, b) in evaluation.candidates(model, &scratch.moment) {
             put_pair(bytes, a, b);
         }
         let candidate_pairs = Hash::of(bytes).short();
         bytes.clear();
-        for (a, b, contact) in evaluation.contacts() {
-            put_pair(bytes, a, b);
+        for (a, b, contact) in contacts {
+            put_pair(bytes, *a, *b);
             bytes.extend_from_slice(&contact.arc.to_le_bytes());
             put(bytes, &[contact.mid_cos, contact.mid_sin, contact.penetration, contact.normal_force]);
         }
@@ -171,10 +177,7 @@ pub fn mechanical_energy(model: &Model, state: &State) -> (f64, f64) {
 /// work since.
 fn contact_energy(model: &Model, state: &State, scratch: &Scratch) -> f64 {
     let evaluation = &scratch.evaluation;
-    let mut energy = 0.0;
-    for pair in evaluation.pair_forces() {
-        energy += pair.energy;
-    }
+    let energy = evaluation.elastic_energy();
     let age = scratch.evaluation_age_s;
     if age == 0.0 {
         return energy;
