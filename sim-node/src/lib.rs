@@ -13,6 +13,7 @@ mod contact;
 mod forces;
 mod integrator;
 mod model;
+mod narrow;
 pub mod node;
 mod overlap;
 mod plan;
