@@ -13,4 +13,5 @@ mod quadrature;
 mod random;
 mod shapes;
 mod solids;
+mod sturm;
 mod torus;
