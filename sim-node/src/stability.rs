@@ -157,7 +157,8 @@ fn contacts(model: &Model) -> Vec<Stiffness> {
     let mut in_ring = vec![Stiffness::default(); model.body_count()];
     for (index, sum) in sums.iter_mut().enumerate() {
         for other in obstacles.clone().filter(|&other| other != index) {
-            let stiffness = if index >= model.round_count() || other >= model.round_count() {
+            let solids = model.round_count()..model.body_count();
+            let stiffness = if solids.contains(&index) || solids.contains(&other) {
                 solid(model, index, other)
             } else {
                 obstacle(model, index, other).stiffness()
@@ -250,8 +251,14 @@ fn solid(model: &Model, index: usize, other: usize) -> Stiffness {
     let mut sum = Stiffness::default();
     for (law, length) in [(&material.line, length), (&material.point, points)] {
         let penetration = REFERENCE_PENETRATION * wire;
-        let contact =
-            Contact { law, material, length, penetration, normal_mobility: mobility, tangent_mobility: mobility };
+        let contact = Contact {
+            law,
+            material,
+            length,
+            penetration,
+            normal_mobility: mobility,
+            tangent_mobility: mobility,
+        };
         if length > 0.0 {
             sum.add(&contact.stiffness());
         }

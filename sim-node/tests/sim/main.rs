@@ -11,5 +11,6 @@ mod golden;
 mod node;
 mod refusals;
 mod sheet;
+mod solids;
 mod support;
 mod top;
