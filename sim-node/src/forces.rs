@@ -38,6 +38,8 @@ pub(crate) struct SlipMotion<'a> {
 #[derive(Debug, Default)]
 pub(crate) struct Evaluation {
     pub neighbours: Neighbours,
+    /// Evaluations so far.
+    pub count: u64,
     chunks: Vec<Chunk>,
     /// How many of the chunks are in use.
     chunk_count: usize,
@@ -93,6 +95,7 @@ impl Evaluation {
         slip: SlipMotion,
         pool: Option<&rayon::ThreadPool>,
     ) {
+        self.count += 1;
         match (model.features.damping, model.features.friction) {
             (false, false) => self.evaluate_as::<false, false>(model, moment, springs, slip, pool),
             (true, false) => self.evaluate_as::<true, false>(model, moment, springs, slip, pool),
@@ -117,7 +120,7 @@ impl Evaluation {
         }
         let half_step = match model.integrator() {
             Integrator::Verlet => 0.5 * model.time().time_step_s,
-            Integrator::Rk4 => 0.0,
+            _ => 0.0,
         };
         let scene = Narrow { model, moment, springs, slip, half_step };
         let work = |(chunk, pairs): (&mut Chunk, &[(u32, u32)])| {

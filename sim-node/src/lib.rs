@@ -17,6 +17,7 @@ pub mod node;
 mod overlap;
 mod plan;
 mod record;
+mod risk;
 mod scratch;
 mod stability;
 mod state;

@@ -5,6 +5,7 @@
 mod bounce;
 mod conservation;
 mod determinism;
+mod dopri5;
 mod fall;
 mod friction;
 mod golden;
