@@ -6,13 +6,10 @@
 
 use crate::Model;
 use crate::broad::Neighbours;
-use crate::contact::friction::Slip;
-use crate::contact::material::PairMaterial;
-use crate::contact::{
-    Contact, Pair, PairForce, ring_plane, ring_ring, ring_sphere, sphere_plane, sphere_sphere,
-};
-use crate::wrench::{Velocity, Wrench, relative_velocity};
-use geometry::{Circle, Vec3};
+use crate::contact::{Contact, PairForce};
+use crate::narrow::Narrow;
+use crate::wrench::{Velocity, Wrench};
+use geometry::Circle;
 use rayon::prelude::*;
 use schemas::scene::Integrator;
 use schemas::state::ContactState;
@@ -53,6 +50,20 @@ pub(crate) struct Evaluation {
 struct Chunk {
     candidates: Vec<(u32, u32)>,
     forces: Vec<PairForce>,
+}
+
+impl Chunk {
+    /// The candidates among the pairs, and what they do to each other.
+    fn collide<const DAMPED: bool, const FRICTION: bool>(&mut self, scene: &Narrow, pairs: &[(u32, u32)]) {
+        self.candidates.clear();
+        self.forces.clear();
+        for &(a, b) in pairs {
+            if scene.model.near(&scene.moment.circles, a, b) {
+                self.candidates.push((a, b));
+                scene.pair::<DAMPED, FRICTION>(a, b, &mut self.forces);
+            }
+        }
+    }
 }
 
 impl Evaluation {
@@ -113,18 +124,28 @@ impl Evaluation {
         pool: Option<&rayon::ThreadPool>,
     ) {
         self.neighbours.update(model, &moment.circles);
-        let pairs = self.neighbours.pairs();
-        self.chunk_count = pairs.len().div_ceil(CHUNK_PAIRS);
-        if self.chunks.len() < self.chunk_count {
-            self.chunks.resize_with(self.chunk_count, Chunk::default);
-        }
         let half_step = match model.integrator() {
             Integrator::Verlet => 0.5 * model.time().time_step_s,
             _ => 0.0,
         };
         let scene = Narrow { model, moment, springs, slip, half_step };
+        self.collide::<DAMPED, FRICTION>(&scene, pool);
+        self.gather::<DAMPED, FRICTION>(model.body_count());
+    }
+
+    /// The forces of all pairs, chunk by chunk, on any thread.
+    fn collide<const DAMPED: bool, const FRICTION: bool>(
+        &mut self,
+        scene: &Narrow,
+        pool: Option<&rayon::ThreadPool>,
+    ) {
+        let pairs = self.neighbours.pairs();
+        self.chunk_count = pairs.len().div_ceil(CHUNK_PAIRS);
+        if self.chunks.len() < self.chunk_count {
+            self.chunks.resize_with(self.chunk_count, Chunk::default);
+        }
         let work = |(chunk, pairs): (&mut Chunk, &[(u32, u32)])| {
-            scene.collide::<DAMPED, FRICTION>(pairs, chunk);
+            chunk.collide::<DAMPED, FRICTION>(scene, pairs);
         };
         match pool {
             Some(pool) if self.chunk_count > 1 => pool.install(|| {
@@ -132,7 +153,6 @@ impl Evaluation {
             }),
             _ => self.chunks.iter_mut().zip(pairs.chunks(CHUNK_PAIRS)).for_each(work),
         }
-        self.gather::<DAMPED, FRICTION>(model.body_count());
     }
 
     /// Adds up the pairs' forces, in pair order.
@@ -156,139 +176,6 @@ impl Evaluation {
                     }
                 }
             }
-        }
-    }
-}
-
-/// What every chunk reads.
-struct Narrow<'a> {
-    model: &'a Model,
-    moment: &'a Moment,
-    springs: &'a [ContactState],
-    slip: SlipMotion<'a>,
-    /// Half the time step, where damping is implicit; else 0.
-    half_step: f64,
-}
-
-impl Narrow<'_> {
-    fn collide<const DAMPED: bool, const FRICTION: bool>(&self, pairs: &[(u32, u32)], chunk: &mut Chunk) {
-        chunk.candidates.clear();
-        chunk.forces.clear();
-        for &(a, b) in pairs {
-            if !self.model.near(&self.moment.circles, a, b) {
-                continue;
-            }
-            chunk.candidates.push((a, b));
-            if (b as usize) < self.model.body_count() {
-                self.two_bodies::<DAMPED, FRICTION>(a, b, &mut chunk.forces);
-            } else {
-                self.body_and_plane::<DAMPED, FRICTION>(a, b, &mut chunk.forces);
-            }
-        }
-    }
-
-    /// If two bodies touch, what they do to each other is appended.
-    #[inline]
-    fn two_bodies<const DAMPED: bool, const FRICTION: bool>(
-        &self,
-        a: u32,
-        b: u32,
-        forces: &mut Vec<PairForce>,
-    ) {
-        let (body_a, body_b) = (&self.model.bodies()[a as usize], &self.model.bodies()[b as usize]);
-        let (circle_a, circle_b) = (&self.moment.circles[a as usize], &self.moment.circles[b as usize]);
-        let from_b = circle_a.centre - circle_b.centre;
-        let material = self.model.pair_material(a, b);
-        let rings = self.model.ring_count() as u32;
-        let law = if a < rings { material.line } else { material.point };
-        let relative = if DAMPED || FRICTION {
-            self.relative(&self.moment.velocities, a, Some(b), &from_b)
-        } else {
-            Velocity::ZERO
-        };
-        let pair = Pair {
-            numbers: (a, b),
-            a: circle_a,
-            a_minor_radius: body_a.minor_radius,
-            law,
-            from_b,
-            relative,
-            implicit: self.half_step * (body_a.mobility + body_b.mobility),
-        };
-        let slip = self.slip_of::<FRICTION>(material, &pair, Some(b));
-        if b < rings {
-            ring_ring::<DAMPED, FRICTION>(&pair, circle_b, body_b.minor_radius, &slip, forces);
-        } else if a < rings {
-            ring_sphere::<DAMPED, FRICTION>(&pair, &circle_b.centre, body_b.minor_radius, &slip, forces);
-        } else {
-            sphere_sphere::<DAMPED, FRICTION>(&pair, body_b.minor_radius, &slip, forces);
-        }
-    }
-
-    /// The same for a body and a plane.
-    #[inline]
-    fn body_and_plane<const DAMPED: bool, const FRICTION: bool>(
-        &self,
-        a: u32,
-        b: u32,
-        forces: &mut Vec<PairForce>,
-    ) {
-        let body = &self.model.bodies()[a as usize];
-        let circle = &self.moment.circles[a as usize];
-        let plane = &self.model.planes()[b as usize - self.model.body_count()];
-        let material = self.model.pair_material(a, b);
-        let is_ring = (a as usize) < self.model.ring_count();
-        let law = if is_ring { material.line } else { material.point };
-        let from_b = Vec3::zeros();
-        let relative = self.relative(&self.moment.velocities, a, None, &from_b);
-        let pair = Pair {
-            numbers: (a, b),
-            a: circle,
-            a_minor_radius: body.minor_radius,
-            law,
-            from_b,
-            relative,
-            implicit: self.half_step * body.mobility,
-        };
-        let slip = self.slip_of::<FRICTION>(material, &pair, None);
-        if is_ring {
-            ring_plane::<DAMPED, FRICTION>(&pair, plane, &slip, forces);
-        } else {
-            sphere_plane::<DAMPED, FRICTION>(&pair, plane, &slip, forces);
-        }
-    }
-
-    /// Velocity of A relative to B; a plane is at rest.
-    #[inline]
-    fn relative(&self, velocities: &[Velocity], a: u32, b: Option<u32>, from_b: &Vec3) -> Velocity {
-        match b {
-            Some(b) => relative_velocity(&velocities[a as usize], &velocities[b as usize], from_b),
-            None => velocities[a as usize],
-        }
-    }
-
-    /// The state of friction between two bodies; nothing is looked up without friction.
-    #[inline]
-    fn slip_of<const FRICTION: bool>(
-        &self,
-        material: &PairMaterial,
-        pair: &Pair,
-        moving_b: Option<u32>,
-    ) -> Slip<'_> {
-        if !FRICTION || material.friction_coefficient == 0.0 {
-            return Slip::NONE;
-        }
-        let (a, b) = pair.numbers;
-        let start = self.springs.partition_point(|spring| (spring.body_a, spring.body_b) < (a, b));
-        let rest = &self.springs[start..];
-        let count = rest.iter().take_while(|spring| (spring.body_a, spring.body_b) == (a, b)).count();
-        let (since, kept) = (self.slip.since, self.slip.kept);
-        Slip {
-            old: &rest[..count],
-            coefficient: material.friction_coefficient,
-            stiffness: material.friction_stiffness,
-            since: (self.relative(since.0, a, moving_b, &pair.from_b), since.1),
-            kept: (self.relative(kept.0, a, moving_b, &pair.from_b), kept.1),
         }
     }
 }

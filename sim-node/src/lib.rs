@@ -8,11 +8,12 @@
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
 mod body;
-mod broad;
+pub mod broad;
 mod contact;
 mod forces;
 mod integrator;
 mod model;
+mod narrow;
 pub mod node;
 mod overlap;
 mod plan;

@@ -12,4 +12,5 @@ mod properties;
 mod quadrature;
 mod random;
 mod shapes;
+mod sturm;
 mod torus;

@@ -1,0 +1,140 @@
+//! The narrow phase, one pair at a time: which law and which function of `contact` a pair of shapes takes.
+
+use crate::Model;
+use crate::contact::friction::Slip;
+use crate::contact::material::PairMaterial;
+use crate::contact::{Pair, PairForce, ring_plane, ring_ring, ring_sphere, sphere_plane, sphere_sphere};
+use crate::forces::{Moment, SlipMotion};
+use crate::wrench::{Velocity, relative_velocity};
+use geometry::Vec3;
+use schemas::state::ContactState;
+
+/// What every pair reads.
+pub(crate) struct Narrow<'a> {
+    pub model: &'a Model,
+    pub moment: &'a Moment,
+    pub springs: &'a [ContactState],
+    pub slip: SlipMotion<'a>,
+    /// Half the time step, where damping is implicit; else 0.
+    pub half_step: f64,
+}
+
+impl Narrow<'_> {
+    /// If two bodies touch, or a body and a plane, what they do to each other is appended.
+    #[inline]
+    pub(crate) fn pair<const DAMPED: bool, const FRICTION: bool>(
+        &self,
+        a: u32,
+        b: u32,
+        forces: &mut Vec<PairForce>,
+    ) {
+        if (b as usize) < self.model.body_count() {
+            self.two_bodies::<DAMPED, FRICTION>(a, b, forces);
+        } else {
+            self.body_and_plane::<DAMPED, FRICTION>(a, b, forces);
+        }
+    }
+
+    #[inline]
+    fn two_bodies<const DAMPED: bool, const FRICTION: bool>(
+        &self,
+        a: u32,
+        b: u32,
+        forces: &mut Vec<PairForce>,
+    ) {
+        let (body_a, body_b) = (&self.model.bodies()[a as usize], &self.model.bodies()[b as usize]);
+        let (circle_a, circle_b) = (&self.moment.circles[a as usize], &self.moment.circles[b as usize]);
+        let from_b = circle_a.centre - circle_b.centre;
+        let material = self.model.pair_material(a, b);
+        let rings = self.model.ring_count() as u32;
+        let law = if a < rings { material.line } else { material.point };
+        let relative = if DAMPED || FRICTION {
+            self.relative(&self.moment.velocities, a, Some(b), &from_b)
+        } else {
+            Velocity::ZERO
+        };
+        let pair = Pair {
+            numbers: (a, b),
+            a: circle_a,
+            a_minor_radius: body_a.minor_radius,
+            law,
+            from_b,
+            relative,
+            implicit: self.half_step * (body_a.mobility + body_b.mobility),
+        };
+        let slip = self.slip_of::<FRICTION>(material, &pair, Some(b));
+        if b < rings {
+            ring_ring::<DAMPED, FRICTION>(&pair, circle_b, body_b.minor_radius, &slip, forces);
+        } else if a < rings {
+            ring_sphere::<DAMPED, FRICTION>(&pair, &circle_b.centre, body_b.minor_radius, &slip, forces);
+        } else {
+            sphere_sphere::<DAMPED, FRICTION>(&pair, body_b.minor_radius, &slip, forces);
+        }
+    }
+
+    #[inline]
+    fn body_and_plane<const DAMPED: bool, const FRICTION: bool>(
+        &self,
+        a: u32,
+        b: u32,
+        forces: &mut Vec<PairForce>,
+    ) {
+        let body = &self.model.bodies()[a as usize];
+        let circle = &self.moment.circles[a as usize];
+        let plane = &self.model.planes()[b as usize - self.model.body_count()];
+        let material = self.model.pair_material(a, b);
+        let is_ring = (a as usize) < self.model.ring_count();
+        let law = if is_ring { material.line } else { material.point };
+        let from_b = Vec3::zeros();
+        let relative = self.relative(&self.moment.velocities, a, None, &from_b);
+        let pair = Pair {
+            numbers: (a, b),
+            a: circle,
+            a_minor_radius: body.minor_radius,
+            law,
+            from_b,
+            relative,
+            implicit: self.half_step * body.mobility,
+        };
+        let slip = self.slip_of::<FRICTION>(material, &pair, None);
+        if is_ring {
+            ring_plane::<DAMPED, FRICTION>(&pair, plane, &slip, forces);
+        } else {
+            sphere_plane::<DAMPED, FRICTION>(&pair, plane, &slip, forces);
+        }
+    }
+
+    /// Velocity of A relative to B; a plane is at rest.
+    #[inline]
+    fn relative(&self, velocities: &[Velocity], a: u32, b: Option<u32>, from_b: &Vec3) -> Velocity {
+        match b {
+            Some(b) => relative_velocity(&velocities[a as usize], &velocities[b as usize], from_b),
+            None => velocities[a as usize],
+        }
+    }
+
+    /// The state of friction between two bodies; nothing is looked up without friction.
+    #[inline]
+    fn slip_of<const FRICTION: bool>(
+        &self,
+        material: &PairMaterial,
+        pair: &Pair,
+        moving_b: Option<u32>,
+    ) -> Slip<'_> {
+        if !FRICTION || material.friction_coefficient == 0.0 {
+            return Slip::NONE;
+        }
+        let (a, b) = pair.numbers;
+        let start = self.springs.partition_point(|spring| (spring.body_a, spring.body_b) < (a, b));
+        let rest = &self.springs[start..];
+        let count = rest.iter().take_while(|spring| (spring.body_a, spring.body_b) == (a, b)).count();
+        let (since, kept) = (self.slip.since, self.slip.kept);
+        Slip {
+            old: &rest[..count],
+            coefficient: material.friction_coefficient,
+            stiffness: material.friction_stiffness,
+            since: (self.relative(since.0, a, moving_b, &pair.from_b), since.1),
+            kept: (self.relative(kept.0, a, moving_b, &pair.from_b), kept.1),
+        }
+    }
+}
