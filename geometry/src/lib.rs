@@ -38,6 +38,7 @@ pub mod capsule;
 pub mod circle;
 pub mod cuboid;
 pub mod gauss;
+pub mod lanes;
 pub mod plane;
 pub mod rotation;
 pub mod span;

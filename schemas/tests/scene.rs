@@ -1,6 +1,6 @@
 //! Scene files: what is read, what is refused, and how the refusal reads.
 
-use schemas::scene::{Scene, SceneError};
+use schemas::scene::{BroadPhase, Scene, SceneError};
 
 const SMALL: &str = r#"
 [time]
@@ -98,6 +98,12 @@ fn refusals_name_key_value_and_expectation() {
         (&["weave.0.rows=-9223372036854775809"], &["weave.0.rows", "9223372036854775807"]),
         (&["time.duration_s=inf"], &["time.duration_s", "inf"]),
         (&["ring.0.minor_radius_m=0.4"], &["ring[0].minor_radius_m", "0.4", "less than major_radius_m"]),
+        (&["method.tolerance=0"], &["method.tolerance = 0.0:", "1e-13 to 0.1"]),
+        (&["method.tolerance=nan"], &["method.tolerance = NaN:", "1e-13 to 0.1"]),
+        (&["method.tolerance=inf"], &["method.tolerance = inf:", "1e-13 to 0.1"]),
+        (&["method.tolerance=-1e-3"], &["method.tolerance = -0.001:", "1e-13 to 0.1"]),
+        (&["method.absolute_tolerance=0"], &["method.absolute_tolerance = 0.0:", "positive"]),
+        (&["method.absolute_tolerance=nan"], &["method.absolute_tolerance = NaN:", "positive"]),
         (&["ring.0.mass_kg=0"], &["ring[0].mass_kg", "positive"]),
         (&["ring.0.orientation=[0.0,0.0,0.0,0.0]"], &["ring[0].orientation", "length 1"]),
         (&["ring.0.position_m=[1e13,0.0,0.0]"], &["ring[0].position_m", "1e12"]),
@@ -183,45 +189,14 @@ fn frames_lie_on_their_steps() {
 }
 
 #[test]
-fn capsules_and_boxes_are_checked() {
-    let text = format!(
-        "{SMALL}\n[[capsule]]\nradius_m = 0.1\nhalf_length_m = 0.2\nmass_kg = 1.0\nmaterial = \"steel\"\n\
-         position_m = [0.0, 5.0, -0.0]\norientation = [0.0, 0.0, 0.0, 1.0000001]\n\
-         [[box]]\nhalf_extents_m = [0.1, 0.2, 0.3]\nedge_radius_m = 0.05\nmass_kg = 1.0\n\
-         material = \"steel\"\nposition_m = [0.0, 0.0, 8.0]\npinned = true\n\
-         linear_velocity_m_per_s = [1.0, 0.0, 0.0]\n"
-    );
-    let scene = Scene::parse(&text, &[]).expect("the scene is right");
-    assert_eq!(scene.body_count(), 9);
-    assert_eq!(scene.body_name(7), "capsule 0");
-    assert_eq!(scene.body_name(8), "box 0");
-    assert_eq!(scene.capsules[0].orientation, [0.0, 0.0, 0.0, 1.0]);
-    let states = scene.initial_bodies();
-    assert!(states[7].position_m[2].is_sign_positive(), "-0.0 is canonicalised");
-    assert_eq!(states[8].linear_velocity_m_per_s, [0.0; 3], "a pinned box is at rest");
-    let json = serde_json::to_string(&scene).expect("a scene is JSON");
-    assert_eq!(serde_json::from_str::<Scene>(&json).expect("its own JSON"), scene);
-    for (key, values, message) in [
-        ("capsule.0.radius_m", ["nan", "inf", "0.0", "-1.0"], "a positive number"),
-        ("capsule.0.half_length_m", ["nan", "-inf", "0.0", "-1.0"], "a positive number"),
-        ("capsule.0.mass_kg", ["nan", "inf", "0.0", "-1.0"], "a positive number"),
-        ("box.0.mass_kg", ["nan", "inf", "0.0", "-1.0"], "a positive number"),
-        ("box.0.edge_radius_m", ["nan", "inf", "-inf", "-1.0"], "0 or a positive number"),
-    ] {
-        for value in values {
-            let refused = error(&text, &[&format!("{key}={value}")]);
-            let shown = key.replacen(".0.", "[0].", 1);
-            assert!(refused.starts_with(&shown) && refused.contains(message), "{refused}");
-        }
-    }
-    let refused = error(&text, &["box.0.edge_radius_m=0.1"]);
-    assert_eq!(
-        refused,
-        "box[0].edge_radius_m = 0.1: expected less than each of half_extents_m = [0.1, 0.2, 0.3]"
-    );
-    assert!(
-        error(&text, &["box.0.half_extents_m=[0.1, nan, 1.0]"]).starts_with("box[0].half_extents_m = NaN")
-    );
-    assert!(error(&text, &["box.0.material=\"stele\""]).contains("did you mean \"steel\"?"));
-    assert!(error(&text, &["capsule.0.orientation=[0.0, 0.0, 0.0, 2.0]"]).contains("length 1"));
+fn broad_phase_is_a_choice_that_is_written_only_when_made() {
+    let plain = parse(&[]);
+    assert_eq!(plain.method.broad_phase, BroadPhase::Auto);
+    assert!(!serde_json::to_string(&plain).expect("JSON").contains("broad_phase"));
+    let chosen = parse(&["method.broad_phase=range-tree"]);
+    assert_eq!(chosen.method.broad_phase, BroadPhase::RangeTree);
+    let text = serde_json::to_string(&chosen).expect("JSON");
+    assert_eq!(serde_json::from_str::<Scene>(&text).expect("its own JSON"), chosen);
+    let refused = error(SMALL, &["method.broad_phase=range-trie"]);
+    assert!(refused.contains("range-trie") && refused.contains("range-tree"), "{refused}");
 }

@@ -8,7 +8,7 @@
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
 mod body;
-mod broad;
+pub mod broad;
 mod contact;
 mod forces;
 mod integrator;
@@ -18,6 +18,7 @@ pub mod node;
 mod overlap;
 mod plan;
 mod record;
+mod risk;
 mod scratch;
 mod stability;
 mod state;

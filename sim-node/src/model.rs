@@ -1,12 +1,13 @@
 //! The model: a scene compiled into constants. Immutable; shared by all threads.
 
 use crate::body::Body;
+use crate::broad::{self, Method};
 use crate::contact::material::PairMaterial;
 use crate::plan::Features;
 use crate::{overlap, plan, stability};
 use geometry::{Circle, Vec3};
 use schemas::plan::Plan;
-use schemas::scene::{Forces, Integrator, Material, Scene, Time};
+use schemas::scene::{self, Forces, Integrator, Material, Scene, Time};
 use schemas::state::BodyState;
 use std::fmt;
 
@@ -25,7 +26,8 @@ pub struct Model {
     linked_pairs: Vec<(u32, u32)>,
     gravity: Vec3,
     time: Time,
-    integrator: Integrator,
+    method: scene::Method,
+    broad_phase: Method,
     grid_radius: f64,
     largest_time_step_s: f64,
     pub(crate) features: Features,
@@ -214,7 +216,8 @@ impl Model {
             linked_pairs: Vec::new(),
             gravity: Vec3::from(gravity_m_per_s2),
             time: scene.time.clone(),
-            integrator: scene.method.integrator,
+            method: scene.method.clone(),
+            broad_phase: broad::choose(scene.method.broad_phase, bodies.len()).0,
             grid_radius,
             largest_time_step_s: f64::INFINITY,
             features: Features::default(),
@@ -281,7 +284,12 @@ impl Model {
 
     /// The integrator.
     pub fn integrator(&self) -> Integrator {
-        self.integrator
+        self.method.integrator
+    }
+
+    /// The integrator with its settings, and the law of contact.
+    pub fn method(&self) -> &scene::Method {
+        &self.method
     }
 
     /// The name of a body or plane by its number in pairs.
@@ -299,6 +307,11 @@ impl Model {
             rest -= count;
         }
         BodyName::Plane(rest)
+    }
+
+    /// How near pairs are found.
+    pub(crate) fn broad_phase(&self) -> Method {
+        self.broad_phase
     }
 
     /// Bounding radius for which the grid of the broad phase is made (m).

@@ -3,8 +3,10 @@
 //! Tolerances are derived beside the assertions; `cargo test -- --nocapture` prints what was measured.
 
 mod bounce;
+mod broad;
 mod conservation;
 mod determinism;
+mod dopri5;
 mod fall;
 mod friction;
 mod golden;
