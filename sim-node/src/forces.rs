@@ -51,6 +51,8 @@ pub(crate) struct Evaluation {
     materials: Vec<u32>,
     laws: Vec<NormalLaw>,
     level: Level,
+    /// Evaluations so far.
+    pub count: u64,
     chunks: Vec<Chunk>,
     /// How many of the chunks are in use, the first ones with pairs of rings for the kernel.
     chunk_count: usize,
@@ -114,6 +116,7 @@ impl Evaluation {
             materials: model.bodies().iter().map(|body| body.material).collect(),
             laws: model.pair_materials().iter().map(|material| material.line).collect(),
             level: Level::new(),
+            count: 0,
             chunks: Vec::new(),
             chunk_count: 0,
             wrenches: vec![Wrench::ZERO; model.body_count()],
@@ -178,6 +181,7 @@ impl Evaluation {
         slip: SlipMotion,
         pool: Option<&rayon::ThreadPool>,
     ) {
+        self.count += 1;
         match (model.features.damping, model.features.friction) {
             (false, false) => self.evaluate_as::<false, false>(model, moment, springs, slip, pool),
             (true, false) => self.evaluate_as::<true, false>(model, moment, springs, slip, pool),
@@ -199,7 +203,7 @@ impl Evaluation {
         self.take::<DAMPED>(moment);
         let half_step = match model.integrator() {
             Integrator::Verlet => 0.5 * model.time().time_step_s,
-            Integrator::Rk4 => 0.0,
+            _ => 0.0,
         };
         let scene = Narrow { model, moment, springs, slip, half_step };
         self.collide::<DAMPED, FRICTION>(&scene, pool);

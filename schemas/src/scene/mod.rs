@@ -1,18 +1,20 @@
 //! The scene: what happens (bodies, materials, forces, method, time) and how to look at it (`render`).
 //!
 //! A scene file is TOML. [`Scene::parse`] reads it with overrides, lays out the weaves, checks every value
-//! and returns the *resolved* scene: explicit rings, spheres and planes, nothing left to expand. The
+//! and returns the *resolved* scene: explicit bodies and planes, nothing left to expand. The
 //! resolved scene is what the simulator publishes and the log keeps, as JSON.
 
 mod bodies;
 mod error;
 mod parse;
 pub mod render;
+mod solids;
 mod validate;
 mod weave;
 
 pub use bodies::{Material, Plane, Ring, Sphere};
 pub use error::SceneError;
+pub use solids::{Capsule, Cuboid};
 pub use weave::{Pattern, Weave};
 
 use crate::plan::Plan;
@@ -48,6 +50,12 @@ pub struct Scene {
     /// Solid spheres.
     #[serde(default, rename = "sphere")]
     pub spheres: Vec<Sphere>,
+    /// Solid capsules.
+    #[serde(default, rename = "capsule", skip_serializing_if = "Vec::is_empty")]
+    pub capsules: Vec<Capsule>,
+    /// Solid boxes.
+    #[serde(default, rename = "box", skip_serializing_if = "Vec::is_empty")]
+    pub boxes: Vec<Cuboid>,
     /// Fixed half-spaces.
     #[serde(default, rename = "plane")]
     pub planes: Vec<Plane>,
@@ -73,6 +81,29 @@ pub struct Time {
 }
 
 impl Scene {
+    /// Moving bodies: what a state has one entry for.
+    pub fn body_count(&self) -> usize {
+        self.rings.len() + self.spheres.len() + self.capsules.len() + self.boxes.len()
+    }
+
+    /// The name of a moving body by its number in a state, as a person counts them: `ring 3`, `sphere 0`, `box 1`.
+    pub fn body_name(&self, index: usize) -> String {
+        let counts = [
+            ("ring", self.rings.len()),
+            ("sphere", self.spheres.len()),
+            ("capsule", self.capsules.len()),
+            ("box", self.boxes.len()),
+        ];
+        let mut rest = index;
+        for (name, count) in counts {
+            if rest < count {
+                return format!("{name} {rest}");
+            }
+            rest -= count;
+        }
+        format!("body {index}")
+    }
+
     /// Whether the log keeps the full state of a step: every `record.state_every` steps, at every frame (so
     /// that the log can be rendered again), and at the last step.
     pub fn state_is_recorded(&self, step: u64) -> bool {
@@ -120,16 +151,46 @@ fn nearest(value: f64) -> u64 {
 }
 
 /// How the equations of motion are solved.
-#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Method {
     /// The integrator.
     pub integrator: Integrator,
+    /// `dopri5`: error of an inner step relative to the body's size (place, angle) and to its surface's speed
+    /// (velocity), without unit; from 1e-13 to 0.1.
+    #[serde(skip_serializing_if = "Method::is_default_tolerance")]
+    pub tolerance: f64,
+    /// `dopri5`: error of an inner step that is tolerated anyway, in metres of displacement and metres per
+    /// second of the surface.
+    #[serde(skip_serializing_if = "Method::is_default_absolute_tolerance")]
+    pub absolute_tolerance: f64,
     /// The law of contact between centrelines.
     pub contact_law: ContactLaw,
     /// How pairs of bodies that are near each other are found. No bit of a state depends on it.
     #[serde(skip_serializing_if = "BroadPhase::is_auto")]
     pub broad_phase: BroadPhase,
+}
+
+impl Default for Method {
+    fn default() -> Self {
+        Method {
+            integrator: Integrator::default(),
+            tolerance: 1e-6,
+            absolute_tolerance: 1e-9,
+            contact_law: ContactLaw::default(),
+            broad_phase: BroadPhase::default(),
+        }
+    }
+}
+
+impl Method {
+    fn is_default_tolerance(value: &f64) -> bool {
+        *value == Method::default().tolerance
+    }
+
+    fn is_default_absolute_tolerance(value: &f64) -> bool {
+        *value == Method::default().absolute_tolerance
+    }
 }
 
 /// An integrator of the equations of motion.
@@ -142,6 +203,23 @@ pub enum Integrator {
     Verlet,
     /// The classical Runge-Kutta method of fourth order: four force evaluations a step.
     Rk4,
+    /// Dormand and Prince's method of order five with inner steps as long as `tolerance` allows: for a
+    /// target accuracy. `time.time_step_s` is then only how far apart states are.
+    Dopri5,
+}
+
+impl Integrator {
+    /// Every integrator.
+    pub const ALL: [Integrator; 3] = [Integrator::Verlet, Integrator::Rk4, Integrator::Dopri5];
+
+    /// Its name in a scene.
+    pub fn name(self) -> &'static str {
+        match self {
+            Integrator::Verlet => "verlet",
+            Integrator::Rk4 => "rk4",
+            Integrator::Dopri5 => "dopri5",
+        }
+    }
 }
 
 /// A way to find the pairs of bodies that are near each other. All find the same pairs.

@@ -39,6 +39,7 @@ impl Scene {
             zero(&mut plane.normal);
             plane.offset_m += 0.0;
         }
+        self.canonicalise_solids();
     }
 
     /// Makes unit quaternions and unit normals exact to rounding; they were checked to be near.
@@ -52,10 +53,12 @@ impl Scene {
         };
         self.rings.iter_mut().for_each(|ring| unit(&mut ring.orientation));
         self.planes.iter_mut().for_each(|plane| unit(&mut plane.normal));
+        self.solid_orientations().for_each(unit);
     }
 
     pub(super) fn validate(&self) -> Result<(), SceneError> {
         self.validate_time()?;
+        self.validate_method()?;
         vector("forces.gravity_m_per_s2", &self.forces.gravity_m_per_s2)?;
         not_negative("forces.linear_drag_kg_per_s", self.forces.linear_drag_kg_per_s)?;
         not_negative("forces.angular_drag_kg_m2_per_s", self.forces.angular_drag_kg_m2_per_s)?;
@@ -72,6 +75,7 @@ impl Scene {
         self.validate_weaves()?;
         self.validate_rings()?;
         self.validate_spheres_and_planes()?;
+        self.validate_solids()?;
         if self.record.state_every == 0 {
             return Err(refuse("record.state_every", 0, "1 or more steps"));
         }
@@ -103,6 +107,14 @@ impl Scene {
             return Err(refuse_number("time.frames_per_second", self.time.frames_per_second, &expected));
         }
         Ok(())
+    }
+
+    fn validate_method(&self) -> Result<(), SceneError> {
+        let tolerance = self.method.tolerance;
+        if !(1e-13..=0.1).contains(&tolerance) {
+            return Err(refuse_number("method.tolerance", tolerance, "a number from 1e-13 to 0.1"));
+        }
+        positive("method.absolute_tolerance", self.method.absolute_tolerance)
     }
 
     fn validate_weaves(&self) -> Result<(), SceneError> {
@@ -162,7 +174,7 @@ impl Scene {
         Ok(())
     }
 
-    fn material_exists(&self, key: &str, name: &str) -> Result<(), SceneError> {
+    pub(super) fn material_exists(&self, key: &str, name: &str) -> Result<(), SceneError> {
         if self.materials.contains_key(name) {
             return Ok(());
         }
@@ -257,14 +269,14 @@ fn radii(key: &dyn Fn(&str) -> String, major_m: f64, minor_m: f64) -> Result<(),
     Ok(())
 }
 
-fn positive(key: &str, value: f64) -> Result<(), SceneError> {
+pub(super) fn positive(key: &str, value: f64) -> Result<(), SceneError> {
     if value.is_normal() && value > 0.0 && value <= LENGTH_MAX_M * LENGTH_MAX_M {
         return Ok(());
     }
     Err(refuse_number(key, value, &format!("a positive number{}", limits(value))))
 }
 
-fn not_negative(key: &str, value: f64) -> Result<(), SceneError> {
+pub(super) fn not_negative(key: &str, value: f64) -> Result<(), SceneError> {
     if value == 0.0 || positive(key, value).is_ok() {
         return Ok(());
     }
@@ -276,14 +288,14 @@ fn limits(value: f64) -> &'static str {
     if value > 0.0 { " from 2.3e-308 to 1e24" } else { "" }
 }
 
-fn vector(key: &str, values: &[f64]) -> Result<(), SceneError> {
+pub(super) fn vector(key: &str, values: &[f64]) -> Result<(), SceneError> {
     if values.iter().all(|value| value.abs() <= LENGTH_MAX_M) {
         return Ok(());
     }
     Err(refuse(key, format!("{values:?}"), "finite numbers of at most 1e12"))
 }
 
-fn unit(key: &str, values: &[f64]) -> Result<(), SceneError> {
+pub(super) fn unit(key: &str, values: &[f64]) -> Result<(), SceneError> {
     let length = norm(values);
     if (length - 1.0).abs() <= 1e-6 {
         return Ok(());
@@ -315,7 +327,7 @@ fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
 }
 
 /// A number as one would write it: `{:?}` turns to powers of ten where `{}` would print hundreds of digits.
-fn refuse_number(key: &str, value: f64, expected: &str) -> SceneError {
+pub(super) fn refuse_number(key: &str, value: f64, expected: &str) -> SceneError {
     refuse(key, format!("{value:?}"), expected)
 }
 
