@@ -42,10 +42,8 @@ pub(super) fn charts<S: Simd>(
     for group in near.chunks(LANES) {
         let number = |lane: usize| if lane < group.len() { group[lane] } else { group[0] };
         let numbers = [number(0), number(1), number(2), number(3)];
-        let four = numbers.map(
-            #[inline(always)]
-            |number| pairs[number as usize],
-        );
+        let pair = |lane: usize| pairs[numbers[lane] as usize];
+        let four = [pair(0), pair(1), pair(2), pair(3)];
         let sides = sides(simd, &PairLanes::load(simd, lines, four));
         let here = (1u64 << group.len()) - 1;
         if sides.irregular & here != 0 {

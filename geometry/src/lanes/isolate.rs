@@ -64,20 +64,10 @@ struct Found<S: Simd> {
 
 #[inline(always)]
 fn ends<S: Simd>(simd: S, charts: [&Chart; LANES]) -> Found<S> {
-    let [c_0, c_1, c_2, c_3] = columns(
-        simd,
-        charts.map(
-            #[inline(always)]
-            |chart| &chart.low,
-        ),
-    );
-    let [c_4, half_tangent, mid_cos, mid_sin] = columns(
-        simd,
-        charts.map(
-            #[inline(always)]
-            |chart| &chart.rest,
-        ),
-    );
+    let [first, second, third, fourth] = charts;
+    let [c_0, c_1, c_2, c_3] = columns(simd, [&first.low, &second.low, &third.low, &fourth.low]);
+    let [c_4, half_tangent, mid_cos, mid_sin] =
+        columns(simd, [&first.rest, &second.rest, &third.rest, &fourth.rest]);
     let c = [c_0, c_1, c_2, c_3, c_4];
     let zero = Lanes::splat(simd, 0.0);
     let one = Lanes::splat(simd, 1.0);
