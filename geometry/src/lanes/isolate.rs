@@ -108,8 +108,7 @@ fn ends<S: Simd>(simd: S, charts: [&Chart; LANES]) -> Found<S> {
     let norm = ((1.0 + start * start) * (1.0 + end * end)).sqrt();
     let inverse = 1.0 / norm;
     let (cos, sin) = ((1.0 - start * end) * inverse, (start + end) * inverse);
-    // On the mirrored side tau runs against e2.
-    let turn = mid_sin.simd_lt(zero).select(-sin, sin);
+    let turn = sin * Lanes::load_array(simd, [first.sense, second.sense, third.sense, fourth.sense]);
     let arc_cos = mid_cos * cos - mid_sin * turn;
     let arc_sin = mid_sin * cos + mid_cos * turn;
     let arc_tangent = (end - start) / (norm + (1.0 + start * end));

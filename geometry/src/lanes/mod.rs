@@ -8,7 +8,7 @@
 //! # Stages
 //! Each stage reads and writes plain buffers and drops what cannot touch without a branch.
 //! 1. [`cull`]: three slabs, from the centres and normals alone.
-//! 2. [`chart`]: the strip `|h| < reach` cuts A into two stretches; on each the quartic of
+//! 2. [`chart`]: the strip `|h| < reach` or `|y| < reach` cuts A into two stretches; on each the quartic of
 //!    [`ellipse`](crate::ellipse) in Bernstein form. No sign change proves that there is no contact.
 //! 3. [`isolate`]: the quartic's minimum and its two roots.
 //!
