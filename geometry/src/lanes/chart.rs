@@ -96,10 +96,12 @@ fn sides<S: Simd>(simd: S, pairs: &PairLanes<S>) -> Sides<S> {
     let y_0 = (d.dot(d) + a_squared - pairs.radius_b * pairs.radius_b - reach * reach) * scale;
     let ratio = 2.0 * pairs.radius_a * scale;
     let (y_1, y_2) = (ratio * along_e1, ratio * along_e2);
-    // The quartic does not tell y from h. The strip is of the one that runs through it faster, which makes the
-    // shorter charts; angles are counted from where that one is largest.
+    // The quartic does not tell y from h. The strip is of the one that is not slower anywhere in its strip than
+    // the other is somewhere in its own: that makes short charts whose ends are not in a contact. Angles are
+    // counted from where that one is largest.
     let squared = y_1 * y_1 + y_2 * y_2;
-    let by_y = (squared - y_0 * y_0).simd_gt(h_1 * h_1 - h_0 * h_0);
+    let (y_edge, h_edge) = (y_0.abs() + reach, h_0.abs() + reach);
+    let by_y = (squared - y_edge * y_edge).simd_gt(h_1 * h_1 - h_edge * h_edge);
     let y_amplitude = squared.sqrt();
     let turn_cos = by_y.select(y_1 / y_amplitude, one);
     let turn_sin = by_y.select(y_2 / y_amplitude, zero);
