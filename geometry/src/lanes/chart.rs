@@ -14,17 +14,54 @@ const SIN_SQUARED_MIN: f64 = 0.01;
 const SENSES: [f64; 2] = [1.0, -1.0];
 
 /// A stretch of A on which there may be a contact.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(32))]
 pub(super) struct Chart {
-    /// The quartic's coefficients of `u^0` to `u^3`; `u` runs from -1 to 1, `tau = half_tangent u`.
+    /// The quartic's coefficients of `u^0` to `u^3`; `u` runs from -1 to 1.
     pub low: [f64; 4],
-    /// The coefficient of `u^4`, the half tangent, cosine and sine of the middle from `e1`.
+    /// The coefficient of `u^4`, the scale, cosine and sine of the origin from `e1`.
     pub rest: [f64; 4],
+    /// `tau = offset + scale u` is the tangent of half the angle from the origin.
+    pub offset: f64,
     /// -1 where `u` runs against the angle, else 1.
     pub sense: f64,
     /// Number of its pair.
     pub pair: u32,
+    /// How often it was cut.
+    pub cuts: u32,
+}
+
+impl Chart {
+    /// The parts with `u` below and above a place.
+    pub(super) fn cut(&self, place: f64) -> [Chart; 2] {
+        [(0.5 * (place - 1.0), 0.5 * (place + 1.0)), (0.5 * (place + 1.0), 0.5 * (1.0 - place))]
+            .map(|(middle, half)| self.part(middle, half))
+    }
+
+    /// The part about a middle: Horner's scheme, again and again, gives Taylor's coefficients there.
+    fn part(&self, middle: f64, half: f64) -> Chart {
+        let [c_0, c_1, c_2, c_3] = self.low;
+        let [c_4, scale, ..] = self.rest;
+        let mut c = [c_0, c_1, c_2, c_3, c_4];
+        for first in 0..4 {
+            for i in (first..4).rev() {
+                c[i] += middle * c[i + 1];
+            }
+        }
+        let mut power = 1.0;
+        for value in &mut c[1..] {
+            power *= half;
+            *value *= power;
+        }
+        let [c_0, c_1, c_2, c_3, c_4] = c;
+        Chart {
+            low: [c_0, c_1, c_2, c_3],
+            rest: [c_4, scale * half, self.rest[2], self.rest[3]],
+            offset: self.offset + scale * middle,
+            cuts: self.cuts + 1,
+            ..*self
+        }
+    }
 }
 
 /// Writes the charts of the pairs `near`, in order, and returns how many; pairs outside the common case go to
@@ -64,8 +101,8 @@ pub(super) fn charts<S: Simd>(
                 let chart = &mut charts[count];
                 sides.low[side][lane].store_array(&mut chart.low);
                 sides.rest[side][lane].store_array(&mut chart.rest);
-                chart.sense = SENSES[side];
-                chart.pair = pair;
+                (chart.offset, chart.sense) = (0.0, SENSES[side]);
+                (chart.pair, chart.cuts) = (pair, 0);
                 count += ((keep >> lane) & 1) as usize;
             }
         }

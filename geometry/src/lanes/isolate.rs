@@ -1,11 +1,16 @@
 //! The two ends of a contact arc: the quartic's minimum, and from there its roots on both sides.
 //!
 //! # Certificate
-//! The quartic is positive at both ends of the chart, and two sign changes of its Bernstein coefficients say
-//! that it has two roots or none. Where its value at the minimum `m` is negative, each side of `m` holds an odd
-//! number of roots, so exactly one. Where it is positive, the parts on both sides of `m` must show no sign
-//! change. Everything else (more sign changes, an end inside a contact, a minimum that rounding decides, an
-//! arc longer than a quarter turn, an iteration that has not converged) is irregular.
+//! The quartic is positive at both ends of a chart. With two sign changes of its Bernstein coefficients it has
+//! two roots or none. Where its value at the minimum `m` is negative, each side of `m` holds an odd number of
+//! roots, so exactly one. Where it is positive, no sign change in the parts on both sides of `m` proves that
+//! there is none. Four sign changes are common too: where A bends away from B's wire as fast as it runs across
+//! it, the depth is flat and may have two maxima. There `m` is the chart's middle; one sign change on each side
+//! proves one root on each.
+//!
+//! A chart that is positive at `m` and not proved empty is cut there, and its parts are looked at again.
+//! Everything else (an end inside a contact, an arc longer than a quarter turn, an iteration that has not
+//! converged, too many cuts) is irregular.
 //!
 //! # Accuracy
 //! Halley's method has the error `step^3 / (2 d)^2` after a step, with `d` the distance to the other root,
@@ -19,6 +24,8 @@ use fearless_simd::prelude::*;
 
 /// Newton steps to the minimum.
 const MINIMUM_STEPS: usize = 2;
+/// A chart that was cut so often is left alone.
+const CUTS_MAX: u32 = 5;
 /// Halley steps to the roots.
 const ROOT_STEPS: usize = 3;
 /// The last step, in half widths of the arc.
@@ -26,30 +33,62 @@ const STEP_MAX: f64 = 1.0 / 4096.0;
 /// The search for the minimum stays this far from the ends.
 const INNER: f64 = 1.0 - 1.0 / 64.0;
 
-/// Appends the arcs of the charts, in order; the numbers of pairs with a chart outside the common case go to
-/// `irregular`.
+/// Finds the arcs of the charts, in order; the numbers of pairs with a chart outside the common case go to
+/// `irregular`. `cuts` is memory.
 #[inline(always)]
-pub(super) fn isolate<S: Simd>(simd: S, charts: &[Chart], arcs: &mut Vec<LaneArc>, irregular: &mut Vec<u32>) {
-    arcs.resize(charts.len() + LANES, LaneArc::default());
-    let mut count = 0;
+pub(super) fn isolate<S: Simd>(
+    simd: S,
+    charts: &[Chart],
+    cuts: &mut [Vec<Chart>; 2],
+    arcs: &mut Vec<LaneArc>,
+    irregular: &mut Vec<u32>,
+) {
+    arcs.clear();
+    let [parts, next] = cuts;
+    parts.clear();
+    isolate_all(simd, charts, parts, arcs, irregular);
+    if parts.is_empty() {
+        return;
+    }
+    while !parts.is_empty() {
+        next.clear();
+        isolate_all(simd, parts, next, arcs, irregular);
+        core::mem::swap(parts, next);
+    }
+    // Each round is in order; a pair's two arcs stay in the order in which they were found.
+    arcs.sort_by_key(|arc| arc.pair as u32);
+}
+
+#[inline(always)]
+fn isolate_all<S: Simd>(
+    simd: S,
+    charts: &[Chart],
+    parts: &mut Vec<Chart>,
+    arcs: &mut Vec<LaneArc>,
+    irregular: &mut Vec<u32>,
+) {
+    let mut count = arcs.len();
+    arcs.resize(count + charts.len() + LANES, LaneArc::default());
     for group in charts.chunks(LANES) {
         let chart = |lane: usize| if lane < group.len() { &group[lane] } else { &group[0] };
         let four = [chart(0), chart(1), chart(2), chart(3)];
         let here = (1u64 << group.len()) - 1;
         let found = ends(simd, four);
-        let odd = found.irregular & here;
+        let odd = !(found.touching | found.empty) & here;
         if odd != 0 {
-            for (lane, chart) in group.iter().enumerate() {
-                if odd >> lane & 1 == 1 {
+            for (lane, chart) in group.iter().enumerate().filter(|(lane, _)| (odd >> lane) & 1 == 1) {
+                if (found.open >> lane) & 1 == 1 && chart.cuts < CUTS_MAX {
+                    parts.extend(chart.cut(found.place[lane]));
+                } else {
                     irregular.push(chart.pair);
                 }
             }
         }
-        let keep = found.touching & here & !odd;
+        let keep = found.touching & here;
         for (lane, (row, chart)) in found.arcs.iter().zip(four).enumerate() {
             let [mid_cos, mid_sin, half_tangent, _] = *row.as_array();
             arcs[count] = LaneArc { mid_cos, mid_sin, half_tangent, pair: f64::from(chart.pair) };
-            count += (keep >> lane & 1) as usize;
+            count += ((keep >> lane) & 1) as usize;
         }
     }
     arcs.truncate(count);
@@ -59,14 +98,17 @@ struct Found<S: Simd> {
     /// Rows of arcs.
     arcs: [Lanes<S>; LANES],
     touching: u64,
-    irregular: u64,
+    empty: u64,
+    /// Positive at both ends and at `place`: may be cut there.
+    open: u64,
+    place: Lanes<S>,
 }
 
 #[inline(always)]
 fn ends<S: Simd>(simd: S, charts: [&Chart; LANES]) -> Found<S> {
     let [first, second, third, fourth] = charts;
     let [c_0, c_1, c_2, c_3] = columns(simd, [&first.low, &second.low, &third.low, &fourth.low]);
-    let [c_4, half_tangent, mid_cos, mid_sin] =
+    let [c_4, scale, mid_cos, mid_sin] =
         columns(simd, [&first.rest, &second.rest, &third.rest, &fourth.rest]);
     let c = [c_0, c_1, c_2, c_3, c_4];
     let zero = Lanes::splat(simd, 0.0);
@@ -75,7 +117,6 @@ fn ends<S: Simd>(simd: S, charts: [&Chart; LANES]) -> Found<S> {
     let ends_outside = b[0].simd_gt(zero) & b[4].simd_gt(zero);
     // With both ends positive the only list with four changes is + - + - +.
     let four_changes = b[1].simd_lt(zero) & b[3].simd_lt(zero) & b[2].simd_gt(zero);
-    let simple = ends_outside & !four_changes;
 
     let inner = Lanes::splat(simd, INNER);
     let mut m = within(-0.5 * (c_1 + c_3) / (c_2 + c_4), inner);
@@ -84,12 +125,15 @@ fn ends<S: Simd>(simd: S, charts: [&Chart; LANES]) -> Found<S> {
         let bend = 2.0 * c_2 + m * (6.0 * c_3 + m * (12.0 * c_4));
         m = within(m - slope / bend, inner);
     }
+    let m = four_changes.select(zero, m);
     let (lowest, _, half_bend) = taylor(&c, m);
     let negative = lowest.simd_lt(zero);
-    let positive = simple & no_root(&b, m, zero);
+    let (no_root, one_root) = certify(&b, m, zero);
+    let certain = ends_outside & negative & (!four_changes | one_root);
 
-    // A parabola's roots to start with, each in its bracket.
-    let width = (-lowest / half_bend).sqrt();
+    // To start with, the roots of the quartic less its odd part about `m`, each brought into its bracket.
+    let root = larger(half_bend * half_bend - 4.0 * (c_4 * lowest), zero).sqrt();
+    let width = (-2.0 * lowest / (half_bend + root)).sqrt();
     let mut low = larger(m - width, 0.5 * (m - one));
     let mut high = smaller(m + width, 0.5 * (m + one));
     let (mut low_step, mut high_step) = (zero, zero);
@@ -104,7 +148,8 @@ fn ends<S: Simd>(simd: S, charts: [&Chart; LANES]) -> Found<S> {
     let bracketed: Mask<S> = (low.simd_ge(-one) & low.simd_le(m)) & (high.simd_ge(m) & high.simd_le(one));
 
     // The arc from `start` to `end` as in `Arc::between`.
-    let (start, end) = (half_tangent * low, half_tangent * high);
+    let offset = Lanes::load_array(simd, [first.offset, second.offset, third.offset, fourth.offset]);
+    let (start, end) = (offset + scale * low, offset + scale * high);
     let norm = ((1.0 + start * start) * (1.0 + end * end)).sqrt();
     let inverse = 1.0 / norm;
     let (cos, sin) = ((1.0 - start * end) * inverse, (start + end) * inverse);
@@ -114,12 +159,13 @@ fn ends<S: Simd>(simd: S, charts: [&Chart; LANES]) -> Found<S> {
     let arc_tangent = (end - start) / (norm + (1.0 + start * end));
     let short = arc_tangent.simd_le(Lanes::splat(simd, HALF_TANGENT_MAX));
 
-    let touching = (simple & negative) & (converged & bracketed) & short;
-    let known = touching | positive;
+    let positive = ends_outside & lowest.simd_gt(zero);
     Found {
         arcs: transposed([arc_cos, arc_sin, arc_tangent, zero]),
-        touching: touching.to_bitmask(),
-        irregular: !known.to_bitmask(),
+        touching: (certain & converged & bracketed & short).to_bitmask(),
+        empty: (positive & no_root).to_bitmask(),
+        open: positive.to_bitmask(),
+        place: m,
     }
 }
 
@@ -149,18 +195,24 @@ fn halley<S: Simd>(c: &[Lanes<S>; 5], u: Lanes<S>) -> Lanes<S> {
     value * slope / (slope * slope - value * half_bend)
 }
 
-/// Whether the parts left and right of `m` have no negative Bernstein coefficient (de Casteljau).
+/// Whether the parts left and right of `m` both have no negative Bernstein coefficient (de Casteljau), and
+/// whether both have one sign change where the ends are positive and `m` is negative.
 #[inline(always)]
-fn no_root<S: Simd>(b: &[Lanes<S>; 5], m: Lanes<S>, zero: Lanes<S>) -> Mask<S> {
-    let x = 0.5 + 0.5 * m;
-    let y = 0.5 - 0.5 * m;
-    let mut c = *b;
-    let mut least = smaller(c[0], c[4]);
-    for last in [4, 3, 2, 1] {
-        for i in 0..last {
-            c[i] = y * c[i] + x * c[i + 1];
-        }
-        least = smaller(least, smaller(c[0], c[last - 1]));
-    }
-    least.simd_gt(zero)
+fn certify<S: Simd>(b: &[Lanes<S>; 5], m: Lanes<S>, zero: Lanes<S>) -> (Mask<S>, Mask<S>) {
+    let (x, y) = (0.5 + 0.5 * m, 0.5 - 0.5 * m);
+    let [b_0, b_1, b_2, b_3, b_4] = *b;
+    let (c_0, c_1, c_2, c_3) = (y * b_0 + x * b_1, y * b_1 + x * b_2, y * b_2 + x * b_3, y * b_3 + x * b_4);
+    let (d_0, d_1, d_2) = (y * c_0 + x * c_1, y * c_1 + x * c_2, y * c_2 + x * c_3);
+    let (e_0, e_1) = (y * d_0 + x * d_1, y * d_1 + x * d_2);
+    // From the ends inwards: b_0 c_0 d_0 e_0 f(m), and b_4 c_3 d_2 e_1 f(m).
+    let least = smaller(smaller(smaller(c_0, d_0), smaller(c_3, d_2)), smaller(e_0, e_1));
+    (least.simd_gt(zero), falls(c_0, d_0, e_0, zero) & falls(c_3, d_2, e_1, zero))
+}
+
+/// Whether no negative number is before a positive one.
+#[inline(always)]
+fn falls<S: Simd>(first: Lanes<S>, second: Lanes<S>, third: Lanes<S>, zero: Lanes<S>) -> Mask<S> {
+    let rises = (first.simd_lt(zero) & (second.simd_gt(zero) | third.simd_gt(zero)))
+        | (second.simd_lt(zero) & third.simd_gt(zero));
+    !rises
 }

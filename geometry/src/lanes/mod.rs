@@ -46,7 +46,7 @@ pub struct Line {
     pub normal: [f64; 4],
 }
 
-/// A contact arc in the common frame: of at most a quarter turn, and the only one on its side.
+/// A contact arc in the common frame: of at most a quarter turn.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(32))]
 pub struct LaneArc {
@@ -80,6 +80,7 @@ pub struct ArcSearch {
     /// Numbers of the pairs that [`cull`] left.
     near: Vec<u32>,
     charts: Vec<chart::Chart>,
+    cuts: [Vec<chart::Chart>; 2],
     /// The arcs found, in the order of the pairs. A pair has at most two.
     pub arcs: Vec<LaneArc>,
     /// The pairs that were not answered, in order.
@@ -99,7 +100,7 @@ impl ArcSearch {
         let near = cull::cull(simd, lines, pairs, &mut self.near);
         let charts =
             chart::charts(simd, lines, pairs, &self.near[..near], &mut self.charts, &mut self.irregular);
-        isolate::isolate(simd, &self.charts[..charts], &mut self.arcs, &mut self.irregular);
+        isolate::isolate(simd, &self.charts[..charts], &mut self.cuts, &mut self.arcs, &mut self.irregular);
         self.settle();
     }
 
