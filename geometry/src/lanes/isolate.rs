@@ -23,11 +23,11 @@ use crate::arc::HALF_TANGENT_MAX;
 use fearless_simd::prelude::*;
 
 /// Newton steps to the minimum.
-const MINIMUM_STEPS: usize = 2;
+const MINIMUM_STEPS: usize = 3;
 /// A chart that was cut so often is left alone.
 const CUTS_MAX: u32 = 5;
-/// Halley steps to the roots.
-const ROOT_STEPS: usize = 3;
+/// Halley steps to the roots at most; three or four are usual.
+const ROOT_STEPS: usize = 24;
 /// The last step, in half widths of the arc.
 const STEP_MAX: f64 = 1.0 / 4096.0;
 /// The search for the minimum stays this far from the ends.
@@ -126,26 +126,21 @@ fn ends<S: Simd>(simd: S, charts: [&Chart; LANES]) -> Found<S> {
         m = within(m - slope / bend, inner);
     }
     let m = four_changes.select(zero, m);
-    let (lowest, _, half_bend) = taylor(&c, m);
+    let (lowest, slope, half_bend) = taylor(&c, m);
     let negative = lowest.simd_lt(zero);
     let (no_root, one_root) = certify(&b, m, zero);
     let certain = ends_outside & negative & (!four_changes | one_root);
 
-    // To start with, the roots of the quartic less its odd part about `m`, each brought into its bracket.
-    let root = larger(half_bend * half_bend - 4.0 * (c_4 * lowest), zero).sqrt();
-    let width = (-2.0 * lowest / (half_bend + root)).sqrt();
-    let mut low = larger(m - width, 0.5 * (m - one));
-    let mut high = smaller(m + width, 0.5 * (m + one));
-    let (mut low_step, mut high_step) = (zero, zero);
-    for _ in 0..ROOT_STEPS {
-        low_step = halley(&c, low);
-        high_step = halley(&c, high);
-        low -= low_step;
-        high -= high_step;
-    }
-    let small = (high - low) * (0.5 * STEP_MAX);
-    let converged = low_step.abs().simd_lt(small) & high_step.abs().simd_lt(small);
-    let bracketed: Mask<S> = (low.simd_ge(-one) & low.simd_le(m)) & (high.simd_ge(m) & high.simd_le(one));
+    // To start with, the roots of the quartic less its odd part about its minimum.
+    let shift = four_changes.select(zero, 0.5 * slope / half_bend);
+    let depth = lowest - 0.5 * slope * shift;
+    let root = larger(half_bend * half_bend - 4.0 * (c_4 * depth), zero).sqrt();
+    let width = larger(-2.0 * depth / (half_bend + root), zero).sqrt();
+    let low = Bracket { from: -one, to: m, x: m - shift - width, done: !certain };
+    let high = Bracket { from: one, to: m, x: m - shift + width, done: !certain };
+    let [low, high] = roots(simd, &c, [low, high]);
+    let converged = low.done & high.done;
+    let (low, high) = (low.x, high.x);
 
     // The arc from `start` to `end` as in `Arc::between`.
     let offset = Lanes::load_array(simd, [first.offset, second.offset, third.offset, fourth.offset]);
@@ -162,7 +157,7 @@ fn ends<S: Simd>(simd: S, charts: [&Chart; LANES]) -> Found<S> {
     let positive = ends_outside & lowest.simd_gt(zero);
     Found {
         arcs: transposed([arc_cos, arc_sin, arc_tangent, zero]),
-        touching: (certain & converged & bracketed & short).to_bitmask(),
+        touching: (certain & converged & short).to_bitmask(),
         empty: (positive & no_root).to_bitmask(),
         open: positive.to_bitmask(),
         place: m,
@@ -188,11 +183,55 @@ fn taylor<S: Simd>(c: &[Lanes<S>; 5], u: Lanes<S>) -> (Lanes<S>, Lanes<S>, Lanes
     (c[0] + u * v_1, v_1 + u * w_2, half_bend)
 }
 
-/// Halley's step (to be subtracted).
+/// A root between `from`, where the quartic is positive, and `to`, where it is negative.
+#[derive(Clone, Copy)]
+struct Bracket<S: Simd> {
+    from: Lanes<S>,
+    to: Lanes<S>,
+    x: Lanes<S>,
+    /// Found, or not looked for.
+    done: Mask<S>,
+}
+
+/// Halley's method for both roots side by side. A lane stands still when it is done, so that it does not
+/// matter which others it runs with.
 #[inline(always)]
-fn halley<S: Simd>(c: &[Lanes<S>; 5], u: Lanes<S>) -> Lanes<S> {
-    let (value, slope, half_bend) = taylor(c, u);
-    value * slope / (slope * slope - value * half_bend)
+fn roots<S: Simd>(simd: S, c: &[Lanes<S>; 5], mut brackets: [Bracket<S>; 2]) -> [Bracket<S>; 2] {
+    for bracket in &mut brackets {
+        bracket.x = bracket.inside(bracket.x);
+    }
+    for _ in 0..ROOT_STEPS {
+        let [low, high] = brackets;
+        let small = (high.x - low.x).abs() * (0.5 * STEP_MAX);
+        brackets = [low.stepped(simd, c, small), high.stepped(simd, c, small)];
+        if (brackets[0].done & brackets[1].done).to_bitmask() == (1 << LANES) - 1 {
+            break;
+        }
+    }
+    brackets
+}
+
+impl<S: Simd> Bracket<S> {
+    /// The place if it is in the bracket, else the bracket's middle.
+    #[inline(always)]
+    fn inside(&self, x: Lanes<S>) -> Lanes<S> {
+        let inside = ((x - self.from) * (x - self.to)).simd_le(Lanes::splat(x.simd, 0.0));
+        inside.select(x, 0.5 * (self.from + self.to))
+    }
+
+    #[inline(always)]
+    fn stepped(&self, simd: S, c: &[Lanes<S>; 5], small: Lanes<S>) -> Bracket<S> {
+        let (value, slope, half_bend) = taylor(c, self.x);
+        let positive = value.simd_gt(Lanes::splat(simd, 0.0));
+        let mut next = *self;
+        next.from = positive.select(self.x, self.from);
+        next.to = positive.select(self.to, self.x);
+        let step = value * slope / (slope * slope - value * half_bend);
+        let x = next.inside(self.x - step);
+        next.x = self.done.select(self.x, x);
+        next.done = self.done | (x - self.x).abs().simd_lt(small);
+        next
+    }
 }
 
 /// Whether the parts left and right of `m` both have no negative Bernstein coefficient (de Casteljau), and
