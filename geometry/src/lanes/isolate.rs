@@ -5,7 +5,7 @@
 //! two roots or none. Where its value at the minimum `m` is negative, each side of `m` holds an odd number of
 //! roots, so exactly one. Where it is positive, no sign change in the parts on both sides of `m` proves that
 //! there is none. Four sign changes are common too: where A bends away from B's wire as fast as it runs across
-//! it, the depth is flat and may have two maxima. There `m` is the chart's middle; one sign change on each side
+//! it, the depth is flat and may have two maxima. There `m` is chosen between them; one sign change on each side
 //! proves one root on each.
 //!
 //! A chart that is positive at `m` and not proved empty is cut there, and its parts are looked at again.
@@ -31,7 +31,7 @@ const ROOT_STEPS: usize = 24;
 /// The last step, in half widths of the arc.
 const STEP_MAX: f64 = 1.0 / 4096.0;
 /// The search for the minimum stays this far from the ends.
-const INNER: f64 = 1.0 - 1.0 / 64.0;
+const INNER: f64 = 1.0 - 1.0 / 16.0;
 
 /// Finds the arcs of the charts, in order; the numbers of pairs with a chart outside the common case go to
 /// `irregular`. `cuts` is memory.
@@ -118,14 +118,7 @@ fn ends<S: Simd>(simd: S, charts: [&Chart; LANES]) -> Found<S> {
     // With both ends positive the only list with four changes is + - + - +.
     let four_changes = b[1].simd_lt(zero) & b[3].simd_lt(zero) & b[2].simd_gt(zero);
 
-    let inner = Lanes::splat(simd, INNER);
-    let mut m = within(-0.5 * (c_1 + c_3) / (c_2 + c_4), inner);
-    for _ in 0..MINIMUM_STEPS {
-        let slope = c_1 + m * (2.0 * c_2 + m * (3.0 * c_3 + m * (4.0 * c_4)));
-        let bend = 2.0 * c_2 + m * (6.0 * c_3 + m * (12.0 * c_4));
-        m = within(m - slope / bend, inner);
-    }
-    let m = four_changes.select(zero, m);
+    let m = middle(simd, &c, &b, four_changes);
     let (lowest, slope, half_bend) = taylor(&c, m);
     let negative = lowest.simd_lt(zero);
     let (no_root, one_root) = certify(&b, m, zero);
@@ -162,6 +155,34 @@ fn ends<S: Simd>(simd: S, charts: [&Chart; LANES]) -> Found<S> {
         open: positive.to_bitmask(),
         place: m,
     }
+}
+
+/// The minimum, or, with four sign changes, the place between two minima if there are two.
+#[inline(always)]
+fn middle<S: Simd>(simd: S, c: &[Lanes<S>; 5], b: &[Lanes<S>; 5], four_changes: Mask<S>) -> Lanes<S> {
+    let zero = Lanes::splat(simd, 0.0);
+    let inner = Lanes::splat(simd, INNER);
+    // The minimum of the parabola through the middle and the ends, or the lower end's side.
+    let bend = c[2] + c[4];
+    let lower = b[0].simd_lt(b[4]).select(-inner, inner);
+    let mut low = bend.simd_gt(zero).select(within(-0.5 * (c[1] + c[3]) / bend, inner), lower);
+    for _ in 0..MINIMUM_STEPS {
+        let (step, bend) = newton(c, low);
+        low = bend.simd_gt(zero).select(within(low - step, inner), low);
+    }
+    // Where the quartic bends upwards least; if downwards, its top is near.
+    let centre = within(-0.25 * c[3] / c[4], inner);
+    let (step, bend) = newton(c, centre);
+    let top = bend.simd_lt(zero).select(within(centre - step, inner), centre);
+    four_changes.select(top, low)
+}
+
+/// Newton's step towards a zero of the slope (to be subtracted), and the second derivative.
+#[inline(always)]
+fn newton<S: Simd>(c: &[Lanes<S>; 5], u: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+    let slope = c[1] + u * (2.0 * c[2] + u * (3.0 * c[3] + u * (4.0 * c[4])));
+    let bend = 2.0 * c[2] + u * (6.0 * c[3] + u * (12.0 * c[4]));
+    (slope / bend, bend)
 }
 
 /// The number, brought between `-limit` and `limit`.
