@@ -170,10 +170,13 @@ fn middle<S: Simd>(simd: S, c: &[Lanes<S>; 5], b: &[Lanes<S>; 5], four_changes: 
         let (step, bend) = newton(c, low);
         low = bend.simd_gt(zero).select(within(low - step, inner), low);
     }
-    // Where the quartic bends upwards least; if downwards, its top is near.
-    let centre = within(-0.25 * c[3] / c[4], inner);
+    // Where the quartic bends upwards least; if it bends downwards there, it may rise above 0 near it.
+    let half = Lanes::splat(simd, 0.5);
+    let centre = within(-0.25 * c[3] / c[4], half);
     let (step, bend) = newton(c, centre);
-    let top = bend.simd_lt(zero).select(within(centre - step, inner), centre);
+    let top = within(centre - step, half);
+    let (value, ..) = taylor(c, top);
+    let top = (bend.simd_lt(zero) & value.simd_gt(zero)).select(top, centre);
     four_changes.select(top, low)
 }
 
