@@ -14,7 +14,7 @@
 //!
 //! # Accuracy
 //! Halley's method has the error `step^3 / (2 d)^2` after a step, with `d` the distance to the other root,
-//! here about the arc's length `2 w`. With a last step below `w / 4096` that is less than `1e-12 w`. The depth
+//! here about the arc's length `2 w`. With a last step below `w / 8192` that is less than `2e-13 w`. The depth
 //! vanishes at the ends, so the force of an arc changes by the square of that.
 
 use super::chart::{Chart, bernstein};
@@ -29,7 +29,7 @@ const CUTS_MAX: u32 = 5;
 /// Halley steps to the roots at most; three or four are usual.
 const ROOT_STEPS: usize = 24;
 /// The last step, in half widths of the arc.
-const STEP_MAX: f64 = 1.0 / 4096.0;
+const STEP_MAX: f64 = 1.0 / 8192.0;
 /// The search for the minimum stays this far from the ends.
 const INNER: f64 = 1.0 - 1.0 / 16.0;
 
