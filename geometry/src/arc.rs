@@ -56,6 +56,13 @@ impl Arc {
         })
     }
 
+    /// `(cos, sin)` of the point at `tau = tan((t - mid) / 2)`.
+    #[inline]
+    pub(crate) fn at(&self, tau: f64) -> (f64, f64) {
+        let inverse = 1.0 / (1.0 + tau * tau);
+        self.turned((1.0 - tau * tau) * inverse, 2.0 * tau * inverse)
+    }
+
     /// `(cos, sin)` of `mid + angle`, given those of the angle.
     #[inline]
     pub(crate) fn turned(&self, cos: f64, sin: f64) -> (f64, f64) {

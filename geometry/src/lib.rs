@@ -36,6 +36,8 @@ pub mod arc;
 pub mod bernstein;
 pub mod circle;
 pub mod gauss;
+pub mod minima;
+pub mod patch;
 pub mod plane;
 pub mod rotation;
 pub mod sphere;

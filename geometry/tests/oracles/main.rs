@@ -8,6 +8,8 @@ mod bits;
 mod closest;
 mod double_double;
 mod link;
+mod minima;
+mod patch;
 mod properties;
 mod quadrature;
 mod random;

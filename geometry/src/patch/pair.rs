@@ -1,0 +1,172 @@
+//! Both patches of two bodies in contact, by quadrature.
+
+use super::polar::{self, Deepest, Order};
+use super::{Nodes, Solid, cap, slices};
+use crate::arc::circle_circle_arcs;
+use crate::minima::{Minima, circle_circle_minima, circle_plane_minima, circle_point_minima};
+use crate::{Arcs, Circle, Vec3};
+
+/// Adds the points of A's surface in B and of B's surface in A, each with half its area, and each with the normal that
+/// points from B to A: the direction of the force on A. Against a plane, which has no surface of its own to speak of,
+/// A's surface counts whole.
+///
+/// `arcs` are the contact arcs on A's centreline for the sum of both wires' radii (see [`crate::arc`]); of two spheres,
+/// or a sphere and a plane, none are needed. `nodes[0]` and `nodes[1]` get the points of contact arc 0 and 1. A ring comes
+/// before a sphere and a sphere before a plane; another order adds nothing.
+///
+/// Each connected contact with one deepest point goes to [`polar`]; where that refuses, the whole pair goes to
+/// [`slices`]. Which way is a function of the pair's pose alone.
+pub fn quadrature(a: &Solid, b: &Solid, arcs: &Arcs, nodes: &mut [Nodes; 2]) {
+    match (a, b) {
+        (Solid::Ring { circle, .. }, Solid::Ring { circle: other, .. }) => {
+            let minima = circle_circle_minima(circle, other, arcs);
+            if !about_deepest(a, b, circle, arcs, &minima, nodes) {
+                nodes.iter_mut().for_each(Nodes::clear);
+                in_slices(a, b, circle, arcs, nodes);
+            }
+        }
+        (Solid::Ring { circle, .. }, Solid::Sphere { centre, .. }) => {
+            let minima = circle_point_minima(circle, centre);
+            if !about_deepest(a, b, circle, arcs, &minima, nodes) {
+                nodes.iter_mut().for_each(Nodes::clear);
+                in_slices(a, b, circle, arcs, nodes);
+            }
+        }
+        (Solid::Ring { circle, .. }, Solid::Plane { normal, .. }) => {
+            let minima = circle_plane_minima(circle, normal);
+            if !about_deepest(a, b, circle, arcs, &minima, nodes) {
+                nodes.iter_mut().for_each(Nodes::clear);
+                in_slices(a, b, circle, arcs, nodes);
+            }
+        }
+        (Solid::Sphere { centre, radius }, Solid::Sphere { centre: other, radius: other_radius }) => {
+            cap::cap(centre, *radius, b, 0.5, &mut nodes[0]);
+            let turned = nodes[0].blocks().len();
+            cap::cap(other, *other_radius, a, 0.5, &mut nodes[0]);
+            turn(&mut nodes[0], turned);
+        }
+        (Solid::Sphere { centre, radius }, Solid::Plane { .. }) => {
+            cap::cap(centre, *radius, b, 1.0, &mut nodes[0]);
+        }
+        _ => {}
+    }
+}
+
+/// Turns the normals of the blocks from `first` on: they belong to the other body's surface.
+pub(super) fn turn(nodes: &mut Nodes, first: usize) {
+    for block in nodes.blocks_from(first) {
+        for component in block.normal.iter_mut().flatten() {
+            *component = -*component;
+        }
+    }
+}
+
+/// The closest point of a body's core (centreline, centre, surface of a plane) to a point, and for a ring its place.
+fn core_point(solid: &Solid, point: &Vec3) -> (Vec3, (f64, f64)) {
+    match solid {
+        Solid::Ring { circle, .. } => {
+            let closest = circle.closest_point(point);
+            let d = (closest - circle.centre) * (1.0 / circle.radius);
+            (closest, (d.dot(&circle.u), d.dot(&circle.w)))
+        }
+        Solid::Sphere { centre, .. } => (*centre, (1.0, 0.0)),
+        Solid::Plane { normal, offset } => (point - normal * (normal.dot(point) - offset), (1.0, 0.0)),
+    }
+}
+
+fn core_radius(solid: &Solid) -> f64 {
+    match solid {
+        Solid::Ring { minor_radius, .. } => *minor_radius,
+        Solid::Sphere { radius, .. } => *radius,
+        Solid::Plane { .. } => 0.0,
+    }
+}
+
+/// The patches of every connected contact about its deepest point; false where one cannot be taken so.
+fn about_deepest(
+    a: &Solid,
+    b: &Solid,
+    circle: &Circle,
+    arcs: &Arcs,
+    minima: &Minima,
+    nodes: &mut [Nodes; 2],
+) -> bool {
+    if minima.as_slice().len() != arcs.connected_count() {
+        return false;
+    }
+    let (minor_a, minor_b) = (core_radius(a), core_radius(b));
+    let thinner = if minor_b > 0.0 && minor_b < minor_a { minor_b } else { minor_a };
+    for minimum in minima.as_slice() {
+        let place = (minimum.cos, minimum.sin);
+        let point = circle.point(minimum.cos, minimum.sin);
+        let (other, other_place) = core_point(b, &point);
+        let apart = other - point;
+        let distance = apart.norm_squared().sqrt();
+        let (outward, depth) = match b {
+            Solid::Plane { normal, offset } => (-normal, offset - normal.dot(&point) + minor_a),
+            _ => (apart * (1.0 / distance), minor_a + minor_b - distance),
+        };
+        // An arc of no length has no patch; one that reaches the other's core is no bowl.
+        if depth <= 0.0 {
+            continue;
+        }
+        if !(depth < thinner) {
+            return false;
+        }
+        let nodes = &mut nodes[usize::from(minimum.connected)];
+        let order = Order::for_patch(depth, thinner);
+        let plane = matches!(b, Solid::Plane { .. });
+        let share = if plane { 1.0 } else { 0.5 };
+        if !polar::patch(a, b, &Deepest { place, outward, depth }, order, share, nodes) {
+            return false;
+        }
+        if !plane {
+            let turned = nodes.blocks().len();
+            let deepest = Deepest { place: other_place, outward: -outward, depth };
+            if !polar::patch(b, a, &deepest, order, share, nodes) {
+                return false;
+            }
+            turn(nodes, turned);
+        }
+    }
+    true
+}
+
+fn in_slices(a: &Solid, b: &Solid, circle: &Circle, arcs: &Arcs, nodes: &mut [Nodes; 2]) {
+    let share = if matches!(b, Solid::Plane { .. }) { 1.0 } else { 0.5 };
+    slices::patch(a, b, circle, arcs, |point, normal, depth, area| {
+        nodes[connected_at(circle, arcs, point)].push(point, normal, depth, share * area);
+    });
+    let reversed;
+    let (guide, guide_arcs) = match b {
+        Solid::Ring { circle: other, .. } => {
+            reversed = circle_circle_arcs(other, circle, core_radius(a) + core_radius(b));
+            (other, &reversed)
+        }
+        Solid::Sphere { .. } => (circle, arcs),
+        Solid::Plane { .. } => return,
+    };
+    slices::patch(b, a, guide, guide_arcs, |point, normal, depth, area| {
+        nodes[connected_at(circle, arcs, point)].push(point, &-normal, depth, share * area);
+    });
+}
+
+/// Which connected contact arc of a circle a point belongs to: the one that its angle about the axis lies in, or is
+/// nearest to.
+pub fn connected_at(circle: &Circle, arcs: &Arcs, point: &Vec3) -> usize {
+    if arcs.connected_count() < 2 {
+        return 0;
+    }
+    let d = point - circle.centre;
+    let (x, y) = (d.dot(&circle.u), d.dot(&circle.w));
+    let inverse = 1.0 / (x * x + y * y).sqrt();
+    let mut best = (f64::NEG_INFINITY, 0);
+    for piece in arcs.iter() {
+        let square = piece.half_tangent * piece.half_tangent;
+        let inside = (x * piece.mid_cos + y * piece.mid_sin) * inverse - (1.0 - square) / (1.0 + square);
+        if inside > best.0 {
+            best = (inside, usize::from(piece.connected));
+        }
+    }
+    best.1
+}
