@@ -6,6 +6,7 @@
 
 use crate::Model;
 use crate::broad::Neighbours;
+use crate::contact::surface::Workspace;
 use crate::contact::{Contact, PairForce};
 use crate::narrow::Narrow;
 use crate::wrench::{Velocity, Wrench};
@@ -22,6 +23,8 @@ const CHUNK_PAIRS: usize = 1024;
 pub(crate) struct Moment {
     pub circles: Vec<Circle>,
     pub velocities: Vec<Velocity>,
+    /// Random numbers of the step, for the contact laws that draw some.
+    pub random: Option<random::Stream>,
 }
 
 /// By which velocities, and for how long, friction's springs have moved since they were last kept.
@@ -48,6 +51,7 @@ pub(crate) struct Evaluation {
 struct Chunk {
     candidates: Vec<(u32, u32)>,
     forces: Vec<PairForce>,
+    workspace: Workspace,
 }
 
 impl Chunk {
@@ -58,7 +62,7 @@ impl Chunk {
         for &(a, b) in pairs {
             if scene.model.near(&scene.moment.circles, a, b) {
                 self.candidates.push((a, b));
-                scene.pair::<DAMPED, FRICTION>(a, b, &mut self.forces);
+                scene.pair::<DAMPED, FRICTION>(a, b, &mut self.workspace, &mut self.forces);
             }
         }
     }

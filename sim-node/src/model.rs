@@ -2,12 +2,15 @@
 
 use crate::body::Body;
 use crate::broad::{self, Method};
-use crate::contact::material::PairMaterial;
+use crate::contact::material::{NormalLaw, PairMaterial};
+use crate::contact::surface::samples::PURPOSE;
 use crate::plan::Features;
 use crate::{overlap, plan, stability};
 use geometry::{Circle, Vec3};
 use schemas::plan::Plan;
-use schemas::scene::{Forces, Integrator, Material, Scene, Time};
+use schemas::scene::{
+    ContactLaw, Forces, Integrator, Material, Scene, SurfaceAverage, SurfaceIntegral, SurfaceSampler, Time,
+};
 use schemas::state::BodyState;
 use std::fmt;
 
@@ -25,6 +28,9 @@ pub struct Model {
     gravity: Vec3,
     time: Time,
     integrator: Integrator,
+    contact_law: ContactLaw,
+    surface: SurfaceIntegral,
+    seed: u64,
     broad_phase: Method,
     grid_radius: f64,
     largest_time_step_s: f64,
@@ -206,6 +212,9 @@ impl Model {
             gravity: Vec3::from(gravity_m_per_s2),
             time: scene.time.clone(),
             integrator: scene.method.integrator,
+            contact_law: scene.method.contact_law,
+            surface: scene.method.surface.clone(),
+            seed: scene.seed,
             broad_phase: broad::choose(scene.method.broad_phase, bodies.len()).0,
             grid_radius,
             largest_time_step_s: f64::INFINITY,
@@ -263,6 +272,36 @@ impl Model {
     /// The integrator.
     pub fn integrator(&self) -> Integrator {
         self.integrator
+    }
+
+    /// The contact law.
+    pub fn contact_law(&self) -> ContactLaw {
+        self.contact_law
+    }
+
+    /// How the law `surface-integral` takes its integral.
+    pub(crate) fn surface(&self) -> &SurfaceIntegral {
+        &self.surface
+    }
+
+    /// The random numbers of a step, if the contact law draws some.
+    pub(crate) fn random_of_step(&self, step: u64) -> Option<random::Stream> {
+        let draws = self.contact_law == ContactLaw::SurfaceIntegral
+            && self.surface.sampler != SurfaceSampler::Quadrature;
+        draws.then(|| random::Stream::new(self.seed, step, PURPOSE))
+    }
+
+    /// The law of the normal force of a contact whose first body is this one.
+    #[inline]
+    pub(crate) fn normal_law<'a>(&self, material: &'a PairMaterial, a: u32) -> &'a NormalLaw {
+        match self.contact_law {
+            ContactLaw::CentrelineArc if (a as usize) < self.ring_count => &material.line,
+            ContactLaw::CentrelineArc | ContactLaw::CentrelineMinima => &material.point,
+            ContactLaw::SurfaceIntegral => match self.surface.average {
+                SurfaceAverage::Area => &material.surface,
+                SurfaceAverage::AllSamples => &material.point,
+            },
+        }
     }
 
     /// The name of a body or plane by its number in pairs.

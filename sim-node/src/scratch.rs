@@ -40,7 +40,11 @@ impl Scratch {
         let rk4 = model.integrator() == Integrator::Rk4;
         Scratch {
             evaluation: Evaluation::new(model),
-            moment: Moment { circles: vec![circle; count], velocities: vec![Velocity::ZERO; count] },
+            moment: Moment {
+                circles: vec![circle; count],
+                velocities: vec![Velocity::ZERO; count],
+                random: None,
+            },
             orientations: vec![UnitQuaternion::identity(); count],
             precession: vec![(Vec3::zeros(), 0.0); count],
             evaluation_age_s: 0.0,

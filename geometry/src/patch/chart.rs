@@ -1,6 +1,6 @@
 //! Surfaces as images of plane coordinates: about a point for quadrature, and as a whole for sampling.
 
-use super::{Lane, Solid, WIDTH};
+use super::Solid;
 use crate::Vec3;
 
 const TURN: f64 = 2.0 * core::f64::consts::PI;
@@ -87,14 +87,14 @@ impl Chart {
 
     /// The points at some coordinates, and the area for each unit of coordinate area.
     #[inline]
-    pub(super) fn points(&self, x: &Lane, y: &Lane) -> ([Lane; 3], Lane) {
-        let mut point = [[0.0; WIDTH]; 3];
-        let mut area = [0.0; WIDTH];
+    pub(super) fn points<const N: usize>(&self, x: &[f64; N], y: &[f64; N]) -> ([[f64; N]; 3], [f64; N]) {
+        let mut point = [[0.0; N]; 3];
+        let mut area = [0.0; N];
         match &self.kind {
             Kind::Ring { centre, radial, tangent, axis, major, minor, cos, sin, rho } => {
                 let (half_x, half_y) = (0.5 / rho, 0.5 / minor);
                 let inverse_rho = 1.0 / rho;
-                for i in 0..WIDTH {
+                for i in 0..N {
                     let (s, t) = (x[i] * half_x, y[i] * half_y);
                     let (s_1, t_1) = (1.0 / (1.0 + s * s), 1.0 / (1.0 + t * t));
                     let (turn_cos, turn_sin) = ((1.0 - s * s) * s_1, 2.0 * s * s_1);
@@ -110,7 +110,7 @@ impl Chart {
             }
             Kind::Sphere { centre, outward, radius } => {
                 let half = 0.5 / radius;
-                for i in 0..WIDTH {
+                for i in 0..N {
                     let (s, t) = (x[i] * half, y[i] * half);
                     let square = s * s + t * t;
                     let inverse = 1.0 / (1.0 + square);

@@ -65,6 +65,7 @@ pub struct Nodes {
     blocks: Vec<Block>,
     /// Places of the last block that are taken; `WIDTH` if there is none.
     taken: usize,
+    deepest: f64,
 }
 
 impl Nodes {
@@ -72,11 +73,25 @@ impl Nodes {
     pub fn clear(&mut self) {
         self.blocks.clear();
         self.taken = WIDTH;
+        self.deepest = 0.0;
     }
 
     /// The points, in the order in which they were added; unused places have no area.
     pub fn blocks(&self) -> &[Block] {
         &self.blocks
+    }
+
+    /// The largest depth that was noted (m); 0 if none was.
+    pub fn deepest(&self) -> f64 {
+        self.deepest
+    }
+
+    /// Notes a depth: that of a patch's deepest point, where none of the points is.
+    #[inline]
+    pub fn note_depth(&mut self, depth: f64) {
+        if depth > self.deepest {
+            self.deepest = depth;
+        }
     }
 
     /// Forgets the blocks after the first `count`.
@@ -114,5 +129,6 @@ impl Nodes {
         block.depth[lane] = depth;
         block.area[lane] = area;
         self.taken += 1;
+        self.note_depth(depth);
     }
 }

@@ -6,9 +6,9 @@ use crate::arc::circle_circle_arcs;
 use crate::minima::{Minima, circle_circle_minima, circle_plane_minima, circle_point_minima};
 use crate::{Arcs, Circle, Vec3};
 
-/// Adds the points of A's surface in B and of B's surface in A, each with half its area, and each with the normal that
-/// points from B to A: the direction of the force on A. Against a plane, which has no surface of its own to speak of,
-/// A's surface counts whole.
+/// Adds the points of A's surface in B and of B's surface in A, each with its area times its body's share of
+/// `shares`, and each with the normal that points from B to A: the direction of the force on A. Against a plane, whose
+/// own surface has no points to speak of, A's surface counts alone.
 ///
 /// `arcs` are the contact arcs on A's centreline for the sum of both wires' radii (see [`crate::arc`]); of two spheres,
 /// or a sphere and a plane, none are needed. `nodes[0]` and `nodes[1]` get the points of contact arc 0 and 1. A ring comes
@@ -16,37 +16,37 @@ use crate::{Arcs, Circle, Vec3};
 ///
 /// Each connected contact with one deepest point goes to [`polar`]; where that refuses, the whole pair goes to
 /// [`slices`]. Which way is a function of the pair's pose alone.
-pub fn quadrature(a: &Solid, b: &Solid, arcs: &Arcs, nodes: &mut [Nodes; 2]) {
+pub fn quadrature(a: &Solid, b: &Solid, arcs: &Arcs, shares: [f64; 2], nodes: &mut [Nodes; 2]) {
     match (a, b) {
         (Solid::Ring { circle, .. }, Solid::Ring { circle: other, .. }) => {
             let minima = circle_circle_minima(circle, other, arcs);
-            if !about_deepest(a, b, circle, arcs, &minima, nodes) {
+            if !about_deepest(a, b, circle, arcs, &minima, shares, nodes) {
                 nodes.iter_mut().for_each(Nodes::clear);
-                in_slices(a, b, circle, arcs, nodes);
+                in_slices(a, b, circle, arcs, shares, nodes);
             }
         }
         (Solid::Ring { circle, .. }, Solid::Sphere { centre, .. }) => {
             let minima = circle_point_minima(circle, centre);
-            if !about_deepest(a, b, circle, arcs, &minima, nodes) {
+            if !about_deepest(a, b, circle, arcs, &minima, shares, nodes) {
                 nodes.iter_mut().for_each(Nodes::clear);
-                in_slices(a, b, circle, arcs, nodes);
+                in_slices(a, b, circle, arcs, shares, nodes);
             }
         }
         (Solid::Ring { circle, .. }, Solid::Plane { normal, .. }) => {
             let minima = circle_plane_minima(circle, normal);
-            if !about_deepest(a, b, circle, arcs, &minima, nodes) {
+            if !about_deepest(a, b, circle, arcs, &minima, shares, nodes) {
                 nodes.iter_mut().for_each(Nodes::clear);
-                in_slices(a, b, circle, arcs, nodes);
+                in_slices(a, b, circle, arcs, shares, nodes);
             }
         }
         (Solid::Sphere { centre, radius }, Solid::Sphere { centre: other, radius: other_radius }) => {
-            cap::cap(centre, *radius, b, 0.5, &mut nodes[0]);
+            cap::cap(centre, *radius, b, shares[0], &mut nodes[0]);
             let turned = nodes[0].blocks().len();
-            cap::cap(other, *other_radius, a, 0.5, &mut nodes[0]);
+            cap::cap(other, *other_radius, a, shares[1], &mut nodes[0]);
             turn(&mut nodes[0], turned);
         }
         (Solid::Sphere { centre, radius }, Solid::Plane { .. }) => {
-            cap::cap(centre, *radius, b, 1.0, &mut nodes[0]);
+            cap::cap(centre, *radius, b, shares[0], &mut nodes[0]);
         }
         _ => {}
     }
@@ -89,6 +89,7 @@ fn about_deepest(
     circle: &Circle,
     arcs: &Arcs,
     minima: &Minima,
+    shares: [f64; 2],
     nodes: &mut [Nodes; 2],
 ) -> bool {
     if minima.as_slice().len() != arcs.connected_count() {
@@ -97,15 +98,8 @@ fn about_deepest(
     let (minor_a, minor_b) = (core_radius(a), core_radius(b));
     let thinner = if minor_b > 0.0 && minor_b < minor_a { minor_b } else { minor_a };
     for minimum in minima.as_slice() {
-        let place = (minimum.cos, minimum.sin);
-        let point = circle.point(minimum.cos, minimum.sin);
-        let (other, other_place) = core_point(b, &point);
-        let apart = other - point;
-        let distance = apart.norm_squared().sqrt();
-        let (outward, depth) = match b {
-            Solid::Plane { normal, offset } => (-normal, offset - normal.dot(&point) + minor_a),
-            _ => (apart * (1.0 / distance), minor_a + minor_b - distance),
-        };
+        let deepest = deepest_points(a, b, circle, (minimum.cos, minimum.sin));
+        let depth = deepest[0].depth;
         // An arc of no length has no patch; one that reaches the other's core is no bowl.
         if depth <= 0.0 {
             continue;
@@ -116,14 +110,13 @@ fn about_deepest(
         let nodes = &mut nodes[usize::from(minimum.connected)];
         let order = Order::for_patch(depth, thinner);
         let plane = matches!(b, Solid::Plane { .. });
-        let share = if plane { 1.0 } else { 0.5 };
-        if !polar::patch(a, b, &Deepest { place, outward, depth }, order, share, nodes) {
+        nodes.note_depth(depth);
+        if !polar::patch(a, b, &deepest[0], order, shares[0], nodes) {
             return false;
         }
         if !plane {
             let turned = nodes.blocks().len();
-            let deepest = Deepest { place: other_place, outward: -outward, depth };
-            if !polar::patch(b, a, &deepest, order, share, nodes) {
+            if !polar::patch(b, a, &deepest[1], order, shares[1], nodes) {
                 return false;
             }
             turn(nodes, turned);
@@ -132,10 +125,24 @@ fn about_deepest(
     true
 }
 
-fn in_slices(a: &Solid, b: &Solid, circle: &Circle, arcs: &Arcs, nodes: &mut [Nodes; 2]) {
-    let share = if matches!(b, Solid::Plane { .. }) { 1.0 } else { 0.5 };
+/// The deepest points of A's surface in B and of B's surface in A, on the line between the closest points of their
+/// cores; `place` is the one on A's centreline.
+pub fn deepest_points(a: &Solid, b: &Solid, circle: &Circle, place: (f64, f64)) -> [Deepest; 2] {
+    let point = circle.point(place.0, place.1);
+    let (minor_a, minor_b) = (core_radius(a), core_radius(b));
+    let (other, other_place) = core_point(b, &point);
+    let apart = other - point;
+    let distance = apart.norm_squared().sqrt();
+    let (outward, depth) = match b {
+        Solid::Plane { normal, offset } => (-normal, offset - normal.dot(&point) + minor_a),
+        _ => (apart * (1.0 / distance), minor_a + minor_b - distance),
+    };
+    [Deepest { place, outward, depth }, Deepest { place: other_place, outward: -outward, depth }]
+}
+
+fn in_slices(a: &Solid, b: &Solid, circle: &Circle, arcs: &Arcs, shares: [f64; 2], nodes: &mut [Nodes; 2]) {
     slices::patch(a, b, circle, arcs, |point, normal, depth, area| {
-        nodes[connected_at(circle, arcs, point)].push(point, normal, depth, share * area);
+        nodes[connected_at(circle, arcs, point)].push(point, normal, depth, shares[0] * area);
     });
     let reversed;
     let (guide, guide_arcs) = match b {
@@ -147,7 +154,7 @@ fn in_slices(a: &Solid, b: &Solid, circle: &Circle, arcs: &Arcs, nodes: &mut [No
         Solid::Plane { .. } => return,
     };
     slices::patch(b, a, guide, guide_arcs, |point, normal, depth, area| {
-        nodes[connected_at(circle, arcs, point)].push(point, &-normal, depth, share * area);
+        nodes[connected_at(circle, arcs, point)].push(point, &-normal, depth, shares[1] * area);
     });
 }
 

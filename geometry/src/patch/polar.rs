@@ -9,7 +9,7 @@
 //! # Accuracy
 //! See [`Order::for_patch`].
 
-use super::chart::Chart;
+use super::chart::{Chart, SurfacePoint};
 use super::{Block, Lane, Nodes, Solid, WIDTH};
 use crate::{GaussRule, Vec3};
 
@@ -118,6 +118,49 @@ pub fn patch(
     true
 }
 
+/// A box round a patch, in coordinates in which the patch is nearly the unit disc.
+#[derive(Debug, Clone, Copy)]
+pub struct PatchBox {
+    chart: Chart,
+    map: [f64; 3],
+    /// Half its side.
+    half: f64,
+    /// Area for each unit of area of the unit square and of the chart's area element (m^2).
+    area: f64,
+}
+
+impl PatchBox {
+    /// The box round the patch of `surface` in `solid`: half a tenth wider than the longest of eight rays to its edge.
+    /// None where [`patch`] would take none.
+    pub fn around(surface: &Solid, solid: &Solid, deepest: &Deepest) -> Option<PatchBox> {
+        const MARGIN: f64 = 1.05;
+        let chart = Chart::about(surface, deepest.place, &deepest.outward)?;
+        let bowl = Bowl::new(&chart, solid, deepest.depth)?;
+        let [cos, sin] = &RAYS[0];
+        let (mut x, mut y) = ([0.0; WIDTH], [0.0; WIDTH]);
+        for i in 0..WIDTH {
+            x[i] = bowl.map[0] * cos[i] + bowl.map[1] * sin[i];
+            y[i] = bowl.map[2] * sin[i];
+        }
+        let edge = bowl.edges(&chart, solid, &x, &y);
+        if !edge.iter().all(|edge| *edge > EDGE.0 && *edge < EDGE.1) {
+            return None;
+        }
+        let longest = edge.iter().fold(0.0, |longest, &edge| if edge > longest { edge } else { longest });
+        let half = MARGIN * longest.sqrt();
+        Some(PatchBox { chart, map: bowl.map, half, area: 4.0 * half * half * bowl.area })
+    }
+
+    /// The surface's point for a point of the unit square, and the area for each unit of the square's (m^2).
+    #[inline]
+    pub fn point(&self, (first, second): (f64, f64)) -> SurfacePoint {
+        let (u, v) = (self.half * (2.0 * first - 1.0), self.half * (2.0 * second - 1.0));
+        let (x, y) = (self.map[0] * u + self.map[1] * v, self.map[2] * v);
+        let (point, factor) = self.chart.points(&[x], &[y]);
+        SurfacePoint { point: Vec3::new(point[0][0], point[1][0], point[2][0]), area: self.area * factor[0] }
+    }
+}
+
 /// The paraboloid that the depth is near: `depth (1 - t^2)` with `x = t (map[0] cos + map[1] sin)`, `y = t map[2] sin`.
 struct Bowl {
     depth: f64,
@@ -133,7 +176,7 @@ impl Bowl {
         let (xx, yy) = (xx + chart.curvature[0], yy + chart.curvature[1]);
         // Cholesky's factor of the bendings; its inverse transpose maps the disc to the patch.
         let determinant = xx * yy - xy * xy;
-        if !(xx > 0.0 && determinant > 1e-9 * xx * yy) || !(depth > 0.0) {
+        if !(xx > 0.0 && determinant > 1e-9 * xx * yy && depth > 0.0) {
             return None;
         }
         let first = xx.sqrt();

@@ -84,7 +84,9 @@ fn crossed_rings_give_the_tabled_force() {
             // Half a digit of the table's last is 2e-10 of the first entry; rays end where their edge is, known to the
             // fourth power of the depth: 1.3e-8 was measured at 10 %.
             let allowed = if name == "rays" && share > 0.05 { 3e-8 } else { 1e-9 };
-            println!("depth {share} r by {name}: {force:.9e}, relative error {error:.1e}, allowed {allowed:e}");
+            println!(
+                "depth {share} r by {name}: {force:.9e}, relative error {error:.1e}, allowed {allowed:e}"
+            );
             assert!(error < allowed);
         }
         for (name, order) in [

@@ -8,11 +8,13 @@ mod bodies;
 mod error;
 mod parse;
 pub mod render;
+mod surface;
 mod validate;
 mod weave;
 
 pub use bodies::{Material, Plane, Ring, Sphere};
 pub use error::SceneError;
+pub use surface::{SurfaceAverage, SurfaceIntegral, SurfaceSampler};
 pub use weave::{Pattern, Weave};
 
 use crate::plan::Plan;
@@ -125,8 +127,11 @@ fn nearest(value: f64) -> u64 {
 pub struct Method {
     /// The integrator.
     pub integrator: Integrator,
-    /// The law of contact between centrelines.
+    /// The law of contact.
     pub contact_law: ContactLaw,
+    /// How the law `surface-integral` takes its integral.
+    #[serde(skip_serializing_if = "SurfaceIntegral::is_default")]
+    pub surface: SurfaceIntegral,
     /// How pairs of bodies that are near each other are found. No bit of a state depends on it.
     #[serde(skip_serializing_if = "BroadPhase::is_auto")]
     pub broad_phase: BroadPhase,
@@ -175,6 +180,10 @@ pub enum ContactLaw {
     /// Potential along the certified contact arcs of one centreline inside the other body.
     #[default]
     CentrelineArc,
+    /// A spring at each local minimum of the distance between a centreline and the other body.
+    CentrelineMinima,
+    /// Integral of the depth over the part of each surface that is inside the other body.
+    SurfaceIntegral,
 }
 
 /// Forces that act on every body.
