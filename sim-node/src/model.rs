@@ -9,7 +9,8 @@ use crate::{overlap, plan, stability};
 use geometry::{Circle, Vec3};
 use schemas::plan::Plan;
 use schemas::scene::{
-    ContactLaw, Forces, Integrator, Material, Scene, SurfaceAverage, SurfaceIntegral, SurfaceSampler, Time,
+    self, ContactLaw, Forces, Integrator, Material, Scene, SurfaceAverage, SurfaceIntegral, SurfaceSampler,
+    Time,
 };
 use schemas::state::BodyState;
 use std::fmt;
@@ -27,9 +28,7 @@ pub struct Model {
     linked_pairs: Vec<(u32, u32)>,
     gravity: Vec3,
     time: Time,
-    integrator: Integrator,
-    contact_law: ContactLaw,
-    surface: SurfaceIntegral,
+    method: scene::Method,
     seed: u64,
     broad_phase: Method,
     grid_radius: f64,
@@ -211,9 +210,7 @@ impl Model {
             linked_pairs: Vec::new(),
             gravity: Vec3::from(gravity_m_per_s2),
             time: scene.time.clone(),
-            integrator: scene.method.integrator,
-            contact_law: scene.method.contact_law,
-            surface: scene.method.surface.clone(),
+            method: scene.method.clone(),
             seed: scene.seed,
             broad_phase: broad::choose(scene.method.broad_phase, bodies.len()).0,
             grid_radius,
@@ -271,33 +268,38 @@ impl Model {
 
     /// The integrator.
     pub fn integrator(&self) -> Integrator {
-        self.integrator
+        self.method.integrator
+    }
+
+    /// The integrator with its settings, and the law of contact.
+    pub fn method(&self) -> &scene::Method {
+        &self.method
     }
 
     /// The contact law.
     pub fn contact_law(&self) -> ContactLaw {
-        self.contact_law
+        self.method.contact_law
     }
 
     /// How the law `surface-integral` takes its integral.
     pub(crate) fn surface(&self) -> &SurfaceIntegral {
-        &self.surface
+        &self.method.surface
     }
 
     /// The random numbers of a step, if the contact law draws some.
     pub(crate) fn random_of_step(&self, step: u64) -> Option<random::Stream> {
-        let draws = self.contact_law == ContactLaw::SurfaceIntegral
-            && self.surface.sampler != SurfaceSampler::Quadrature;
+        let draws = self.contact_law() == ContactLaw::SurfaceIntegral
+            && self.surface().sampler != SurfaceSampler::Quadrature;
         draws.then(|| random::Stream::new(self.seed, step, PURPOSE))
     }
 
     /// The law of the normal force of a contact whose first body is this one.
     #[inline]
     pub(crate) fn normal_law<'a>(&self, material: &'a PairMaterial, a: u32) -> &'a NormalLaw {
-        match self.contact_law {
+        match self.contact_law() {
             ContactLaw::CentrelineArc if (a as usize) < self.ring_count => &material.line,
             ContactLaw::CentrelineArc | ContactLaw::CentrelineMinima => &material.point,
-            ContactLaw::SurfaceIntegral => match self.surface.average {
+            ContactLaw::SurfaceIntegral => match self.surface().average {
                 SurfaceAverage::Area => &material.surface,
                 SurfaceAverage::AllSamples => &material.point,
             },
