@@ -34,8 +34,10 @@ pub struct Body {
     pub inertia_transverse_kg_m2: f64,
     /// Moment of inertia about the body's own z axis (kg m^2).
     pub inertia_axial_kg_m2: f64,
-    /// A pinned body never moves.
+    /// No force moves it: it is pinned, or follows a prescribed motion.
     pub pinned: bool,
+    /// It follows a prescribed motion.
+    pub driven: bool,
     /// Number of its material in the model.
     pub(crate) material: u32,
     /// Radius of the sphere about the centre that holds the whole body (m).
@@ -73,14 +75,30 @@ impl Body {
         let axial = (0.75 * minor * minor + major * major) * mass;
         let shape = Shape::Ring { major_radius_m: major, minor_radius_m: minor };
         let drags = (forces.linear_drag_kg_per_s, forces.angular_drag_kg_m2_per_s);
-        Body::new(shape, mass, [transverse, transverse, axial], ring.pinned, material, drags, time_step)
+        Body::new(
+            shape,
+            mass,
+            [transverse, transverse, axial],
+            (ring.pinned, ring.motion.is_some()),
+            material,
+            drags,
+            time_step,
+        )
     }
 
     /// A sphere; drag is a property of rings alone.
     pub(crate) fn sphere(sphere: &Sphere, material: u32, time_step: f64) -> Body {
         let inertia = 0.4 * sphere.mass_kg * sphere.radius_m * sphere.radius_m;
         let shape = Shape::Sphere { radius_m: sphere.radius_m };
-        Body::new(shape, sphere.mass_kg, [inertia; 3], sphere.pinned, material, (0.0, 0.0), time_step)
+        Body::new(
+            shape,
+            sphere.mass_kg,
+            [inertia; 3],
+            (sphere.pinned, sphere.motion.is_some()),
+            material,
+            (0.0, 0.0),
+            time_step,
+        )
     }
 
     /// Velocity per impulse at a point that is at most `lever` from the centre (1/kg), in any direction.
@@ -131,7 +149,7 @@ impl Body {
         shape: Shape,
         mass: f64,
         inertia_kg_m2: [f64; 3],
-        pinned: bool,
+        (pinned, driven): (bool, bool),
         material: u32,
         (linear_drag, angular_drag): (f64, f64),
         time_step: f64,
@@ -140,6 +158,7 @@ impl Body {
             Shape::Ring { major_radius_m, minor_radius_m } => (major_radius_m, minor_radius_m),
             Shape::Sphere { radius_m } => (0.0, radius_m),
         };
+        let pinned = pinned || driven;
         let inverse = |value: f64| if pinned { 0.0 } else { 1.0 / value };
         let [transverse, second, axial] = inertia_kg_m2;
         Body {
@@ -149,6 +168,7 @@ impl Body {
             inertia_transverse_kg_m2: transverse,
             inertia_axial_kg_m2: axial,
             pinned,
+            driven,
             material,
             bounding_radius: major_radius + minor_radius,
             minor_radius,

@@ -2,8 +2,9 @@
 
 use crate::body::Body;
 use crate::contact::material::PairMaterial;
+use crate::motion::{Drive, Driven};
 use crate::plan::Features;
-use crate::{overlap, plan, stability};
+use crate::{motion, overlap, plan, stability};
 use geometry::{Circle, Vec3};
 use schemas::plan::Plan;
 use schemas::scene::{Forces, Integrator, Material, Scene, Time};
@@ -20,6 +21,9 @@ pub struct Model {
     material_count: usize,
     pair_materials: Vec<PairMaterial>,
     initial: Vec<BodyState>,
+    drives: Vec<Drive>,
+    driven: Vec<Driven>,
+    records_reactions: bool,
     linked_pairs: Vec<(u32, u32)>,
     gravity: Vec3,
     time: Time,
@@ -194,12 +198,17 @@ impl Model {
                 grid_radius = body.bounding_radius;
             }
         }
+        let mut initial = scene.initial_bodies();
+        let (drives, driven) = motion::compile(scene, &mut initial);
         Model {
             ring_count: scene.rings.len(),
             planes: scene.planes.iter().map(plane).collect(),
             material_count: materials.len(),
             pair_materials,
-            initial: scene.initial_bodies(),
+            initial,
+            drives,
+            driven,
+            records_reactions: scene.record.reactions,
             linked_pairs: Vec::new(),
             gravity: Vec3::from(gravity_m_per_s2),
             time: scene.time.clone(),
@@ -234,6 +243,21 @@ impl Model {
     /// The poses and velocities before the first step; pinned bodies are at rest.
     pub fn initial_bodies(&self) -> &[BodyState] {
         &self.initial
+    }
+
+    /// The motions that the scene prescribes, by name.
+    pub(crate) fn drives(&self) -> &[Drive] {
+        &self.drives
+    }
+
+    /// The bodies that follow them, in order.
+    pub(crate) fn driven(&self) -> &[Driven] {
+        &self.driven
+    }
+
+    /// Whether step records tell what pins and motions bear.
+    pub(crate) fn records_reactions(&self) -> bool {
+        self.records_reactions
     }
 
     /// The pairs of rings that are linked at the start, in order.

@@ -21,6 +21,8 @@ pub struct Scratch {
     pub(crate) orientations: Vec<UnitQuaternion<f64>>,
     /// The part of angular velocity that free motion keeps, and the spin about the axis (rad/s).
     pub(crate) precession: Vec<(Vec3, f64)>,
+    /// Work of prescribed motions in the last step (J).
+    pub(crate) drive_work_j: f64,
     /// Time from the last force evaluation to the state (s).
     pub(crate) evaluation_age_s: f64,
     pub(crate) rk4: Rk4Scratch,
@@ -43,6 +45,7 @@ impl Scratch {
             moment: Moment { circles: vec![circle; count], velocities: vec![Velocity::ZERO; count] },
             orientations: vec![UnitQuaternion::identity(); count],
             precession: vec![(Vec3::zeros(), 0.0); count],
+            drive_work_j: 0.0,
             evaluation_age_s: 0.0,
             rk4: Rk4Scratch::new(if rk4 { count } else { 0 }),
             pool: pool.flatten(),

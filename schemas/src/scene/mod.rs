@@ -6,6 +6,7 @@
 
 mod bodies;
 mod error;
+mod motion;
 mod parse;
 pub mod render;
 mod validate;
@@ -13,7 +14,8 @@ mod weave;
 
 pub use bodies::{Material, Plane, Ring, Sphere};
 pub use error::SceneError;
-pub use weave::{Pattern, Weave};
+pub use motion::{Interpolation, Keyframe, Motion, Shake};
+pub use weave::{Grip, Pattern, Weave};
 
 use crate::plan::Plan;
 use crate::{Hash, state};
@@ -39,6 +41,9 @@ pub struct Scene {
     /// Materials of contact, by name.
     #[serde(default, rename = "material")]
     pub materials: BTreeMap<String, Material>,
+    /// Motions that the scene prescribes to some bodies, by name.
+    #[serde(default, rename = "motion", skip_serializing_if = "BTreeMap::is_empty")]
+    pub motions: BTreeMap<String, Motion>,
     /// Patches of woven rings; empty once resolved.
     #[serde(default, rename = "weave", skip_serializing_if = "Vec::is_empty")]
     pub weaves: Vec<Weave>,
@@ -168,11 +173,14 @@ pub struct Forces {
 pub struct Record {
     /// A full state every so many steps, at every frame and at the last step; a step record for every step, always.
     pub state_every: u64,
+    /// Whether the step records tell what each pin and each prescribed motion has to bear.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub reactions: bool,
 }
 
 impl Default for Record {
     fn default() -> Self {
-        Record { state_every: 1 }
+        Record { state_every: 1, reactions: false }
     }
 }
 

@@ -17,7 +17,7 @@ use crate::body::Body;
 use crate::forces::{Evaluation, SlipMotion};
 use crate::state::Motion;
 use crate::wrench::{Velocity, Wrench};
-use crate::{Model, Scratch, State};
+use crate::{Model, Scratch, State, motion};
 use geometry::{Circle, Vec3};
 use nalgebra::{Quaternion, UnitQuaternion};
 
@@ -103,7 +103,7 @@ const STAGES: [(f64, f64); 4] = [(0.0, 1.0 / 6.0), (0.5, 1.0 / 3.0), (0.5, 1.0 /
 /// Advances all bodies and contacts by one step; step number and time are the caller's.
 pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) {
     let time_step = model.time().time_step_s;
-    let Scratch { evaluation, moment, rk4, pool, .. } = scratch;
+    let Scratch { evaluation, moment, rk4, pool, drive_work_j, .. } = scratch;
     for (point, body) in rk4.start.iter_mut().zip(&state.bodies) {
         let motion = Motion::of(body);
         let velocity = Velocity { linear: motion.linear, angular: motion.angular };
@@ -113,6 +113,7 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) {
     rk4.slopes.fill(Slope::ZERO);
     rk4.sums.fill(Slope::ZERO);
     rk4.mean.fill(Velocity::ZERO);
+    let mut lost = 0.0;
     for (offset, weight) in STAGES {
         let time = offset * time_step;
         for (index, body) in model.bodies().iter().enumerate() {
@@ -126,9 +127,19 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) {
             // The slope's rate of the quaternion needs this stage's own.
             rk4.slopes[index].orientation = point.orientation;
         }
+        motion::place(model, state.sim_time_s + time, moment);
+        for driven in model.driven() {
+            let index = driven.body as usize;
+            let (now, start) = (&moment.velocities[index], &rk4.start[index].velocity);
+            rk4.mean[index].linear += (now.linear - start.linear) * weight;
+            rk4.mean[index].angular += (now.angular - start.angular) * weight;
+        }
         // In the first stage no time has passed, and what `before` holds does not matter.
         let slip = SlipMotion { since: (&rk4.before, time), kept: (&rk4.mean, time_step) };
         evaluation.evaluate(model, moment, &state.contacts, slip, pool.as_ref());
+        let (drive, drive_loss) = motion::power(model, moment, evaluation);
+        *drive_work_j += drive * weight * time_step;
+        lost += drive_loss * weight * time_step;
         for (index, body) in model.bodies().iter().enumerate() {
             if body.pinned {
                 rk4.slopes[index] = Slope::ZERO;
@@ -146,7 +157,6 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) {
             rk4.sums[index].add(&rk4.slopes[index], weight);
         }
     }
-    let mut lost = 0.0;
     for (index, body) in state.bodies.iter_mut().enumerate() {
         if model.bodies()[index].pinned {
             continue;
