@@ -7,6 +7,7 @@ mod bernstein;
 mod bits;
 mod closest;
 mod double_double;
+mod lanes;
 mod link;
 mod properties;
 mod quadrature;
