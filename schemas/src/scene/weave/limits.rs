@@ -100,8 +100,7 @@ impl Weave {
         let name = self.pattern.name();
         let wire = self.connector_minor_radius_m.unwrap_or(self.minor_radius_m);
         let wire_max = layout.connector_wire_max();
-        // Written so that a NaN, from a ring too thick for any connector, is refused.
-        if !(wire <= wire_max * (1.0 + 1e-12)) {
+        if wire > wire_max * (1.0 + 1e-12) {
             let ratio = Japanese::ratio_max(grid);
             return Err(match self.connector_minor_radius_m {
                 None => refuse_number(
@@ -124,7 +123,7 @@ impl Weave {
         }
         let (least, largest) = layout.connector_range();
         match self.connector_major_radius_m {
-            Some(given) if !(given >= least && given <= largest && given > wire) => {
+            Some(given) if given < least || given > largest || given <= wire => {
                 let expected =
                     format!("from {least:?} to {largest:?}: what {name} has room for with these wires");
                 Err(refuse_number(&key("connector_major_radius_m"), given, &expected))
