@@ -20,6 +20,7 @@ mod overlap;
 mod plan;
 mod reaction;
 mod record;
+mod risk;
 mod scratch;
 mod stability;
 mod state;

@@ -13,7 +13,7 @@
 use crate::Model;
 use crate::forces::{Evaluation, Moment};
 use crate::state::Motion;
-use crate::wrench::Velocity;
+use crate::wrench::{Velocity, Wrench};
 use geometry::{Circle, Vec3, rotation};
 use schemas::scene::{self, Interpolation};
 use schemas::state::BodyState;
@@ -179,19 +179,20 @@ pub(crate) fn store(model: &Model, time: f64, bodies: &mut [BodyState]) {
 /// (W).
 pub(crate) fn power(model: &Model, moment: &Moment, evaluation: &Evaluation) -> (f64, f64) {
     let (mut drive, mut lost) = (0.0, 0.0);
-    let loses = Evaluation::loses(model);
     for driven in model.driven() {
-        let index = driven.body as usize;
-        let velocity = &moment.velocities[index];
-        let power_of = |wrench: &crate::wrench::Wrench| {
-            wrench.force.dot(&velocity.linear) + wrench.torque.dot(&velocity.angular)
-        };
-        drive -= power_of(&evaluation.wrenches[index]);
-        if loses {
-            lost -= power_of(&evaluation.lost[index]);
-        }
+        let (of_drive, of_loss) = power_at(driven.body as usize, model, moment, evaluation);
+        drive += of_drive;
+        lost += of_loss;
     }
     (drive, lost)
+}
+
+/// The same at one driven body.
+pub(crate) fn power_at(body: usize, model: &Model, moment: &Moment, evaluation: &Evaluation) -> (f64, f64) {
+    let velocity = &moment.velocities[body];
+    let power = |wrench: &Wrench| wrench.force.dot(&velocity.linear) + wrench.torque.dot(&velocity.angular);
+    let lost = if Evaluation::loses(model) { -power(&evaluation.lost[body]) } else { 0.0 };
+    (-power(&evaluation.wrenches[body]), lost)
 }
 
 #[cfg(test)]

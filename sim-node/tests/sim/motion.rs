@@ -66,7 +66,7 @@ fn recorded(run: &mut Run) -> Vec<StepRecord> {
 
 #[test]
 fn driven_bodies_are_where_the_scene_says() {
-    for integrator in ["verlet", "rk4"] {
+    for integrator in ["verlet", "rk4", "dopri5"] {
         let mut run = Run::new(&shaken(1e-3, integrator, 0.2));
         let start = run.state.bodies[0];
         let mut worst = 0.0;
@@ -144,7 +144,7 @@ fn work_of_motions_balances_the_energy() {
 /// A ball of infinite mass at speed V gives a ball at rest 2 V, without damping: work 2 m V^2.
 #[test]
 fn piston_gives_twice_its_speed() {
-    for (integrator, allowed) in [("verlet", 2e-5), ("rk4", 2e-5)] {
+    for (integrator, allowed) in [("verlet", 2e-5), ("rk4", 2e-5), ("dopri5", 2e-5)] {
         let text = format!(
             r#"
             [time]
@@ -276,7 +276,7 @@ fn reactions_close_the_balance_of_momentum() {
 
 #[test]
 fn a_run_with_motions_goes_on_from_any_state() {
-    for integrator in ["verlet", "rk4"] {
+    for integrator in ["verlet", "rk4", "dopri5"] {
         let text = shaken(1e-3, integrator, 0.2);
         let mut whole = Run::new(&text);
         whole.steps(200);
