@@ -1,5 +1,6 @@
 //! The diary of a run: one record for each step, and the state's message.
 
+use crate::contact::Contact;
 use crate::overlap::gap;
 use crate::reaction::reactions;
 use crate::state::Motion;
@@ -71,9 +72,8 @@ impl Records {
             self.drive_work += scratch.drive_work_j;
         }
         let mut penetration_m = 0.0;
-        let mut contacts = 0;
-        for (_, _, contact) in scratch.evaluation.contacts() {
-            contacts += 1;
+        let contacts = scratch.evaluation.contacts(&scratch.moment);
+        for (_, _, contact) in &contacts {
             if contact.penetration > penetration_m {
                 penetration_m = contact.penetration;
             }
@@ -81,8 +81,8 @@ impl Records {
         StepRecord {
             step: state.step,
             sim_time_s: state.sim_time_s,
-            candidate_pairs: scratch.evaluation.candidates().count() as u64,
-            contacts,
+            candidate_pairs: scratch.evaluation.candidates(model, &scratch.moment).count() as u64,
+            contacts: contacts.len() as u64,
             kinetic_energy_j,
             gravity_energy_j,
             contact_energy_j: contact_energy(model, state, scratch),
@@ -91,7 +91,7 @@ impl Records {
             drive_work_j: (!model.driven().is_empty()).then_some(scratch.drive_work_j + 0.0),
             reactions: model.records_reactions().then(|| reactions(model, state, scratch)),
             audit: audited.then(|| audit(model, state)),
-            stages: self.stages(scratch, &state_hash),
+            stages: self.stages(model, scratch, &contacts, &state_hash),
             state_hash,
             chained_hash: self.chained_hash,
         }
@@ -127,17 +127,23 @@ impl Records {
         Ok(())
     }
 
-    fn stages(&mut self, scratch: &Scratch, state_hash: &Hash) -> StageHashes {
+    fn stages(
+        &mut self,
+        model: &Model,
+        scratch: &Scratch,
+        contacts: &[(u32, u32, Contact)],
+        state_hash: &Hash,
+    ) -> StageHashes {
         let evaluation = &scratch.evaluation;
         let bytes = &mut self.stage;
         bytes.clear();
-        for &(a, b) in evaluation.candidates() {
+        for &(a, b) in evaluation.candidates(model, &scratch.moment) {
             put_pair(bytes, a, b);
         }
         let candidate_pairs = Hash::of(bytes).short();
         bytes.clear();
-        for (a, b, contact) in evaluation.contacts() {
-            put_pair(bytes, a, b);
+        for (a, b, contact) in contacts {
+            put_pair(bytes, *a, *b);
             bytes.extend_from_slice(&contact.arc.to_le_bytes());
             put(bytes, &[contact.mid_cos, contact.mid_sin, contact.penetration, contact.normal_force]);
         }
@@ -184,10 +190,7 @@ pub fn mechanical_energy(model: &Model, state: &State) -> (f64, f64) {
 /// work since.
 fn contact_energy(model: &Model, state: &State, scratch: &Scratch) -> f64 {
     let evaluation = &scratch.evaluation;
-    let mut energy = 0.0;
-    for pair in evaluation.pair_forces() {
-        energy += pair.energy;
-    }
+    let energy = evaluation.elastic_energy();
     let age = scratch.evaluation_age_s;
     if age == 0.0 {
         return energy;

@@ -67,11 +67,15 @@ impl Scratch {
     /// Takes friction's springs over into the state, in pair order.
     pub(crate) fn keep_springs(&self, contacts: &mut Vec<ContactState>) {
         contacts.clear();
-        for (body_a, body_b, contact) in self.evaluation.contacts() {
+        // The kernel's contacts have no springs.
+        let with_springs = self.evaluation.pair_forces();
+        for (pair, contact) in
+            with_springs.flat_map(|pair| pair.contacts().map(move |contact| (pair, contact)))
+        {
             if let Some(spring) = contact.spring {
                 contacts.push(ContactState {
-                    body_a,
-                    body_b,
+                    body_a: pair.a,
+                    body_b: pair.b,
                     arc: contact.arc,
                     reserved: 0,
                     mid_cos: contact.mid_cos,

@@ -40,6 +40,7 @@ impl Scene {
             zero(&mut plane.normal);
             plane.offset_m += 0.0;
         }
+        self.canonicalise_solids();
     }
 
     /// Makes unit quaternions and unit normals exact to rounding; they were checked to be near.
@@ -54,6 +55,7 @@ impl Scene {
         self.rings.iter_mut().for_each(|ring| unit(&mut ring.orientation));
         self.planes.iter_mut().for_each(|plane| unit(&mut plane.normal));
         self.motions.values_mut().for_each(|motion| unit(&mut motion.axis));
+        self.solid_orientations().for_each(unit);
     }
 
     pub(super) fn validate(&self) -> Result<(), SceneError> {
@@ -78,6 +80,7 @@ impl Scene {
         self.validate_weaves()?;
         self.validate_rings()?;
         self.validate_spheres_and_planes()?;
+        self.validate_solids()?;
         if self.record.state_every == 0 {
             return Err(refuse("record.state_every", 0, "1 or more steps"));
         }
@@ -188,7 +191,7 @@ impl Scene {
         })
     }
 
-    fn material_exists(&self, key: &str, name: &str) -> Result<(), SceneError> {
+    pub(super) fn material_exists(&self, key: &str, name: &str) -> Result<(), SceneError> {
         if self.materials.contains_key(name) {
             return Ok(());
         }

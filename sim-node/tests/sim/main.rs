@@ -14,6 +14,7 @@ mod motion;
 mod node;
 mod refusals;
 mod sheet;
+mod solids;
 mod support;
 mod top;
 mod weaves;
