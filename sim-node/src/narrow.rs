@@ -5,6 +5,7 @@ use crate::body::Body;
 use crate::contact::friction::Slip;
 use crate::contact::material::PairMaterial;
 use crate::contact::minima;
+use crate::contact::shapes::pairs::{self, Placed};
 use crate::contact::surface::{Surfaces, Workspace};
 use crate::contact::{Pair, PairForce, ring_plane, ring_ring, ring_sphere, sphere_plane, sphere_sphere};
 use crate::forces::{Moment, SlipMotion};
@@ -53,7 +54,7 @@ impl Narrow<'_> {
         let (circle_a, circle_b) = (&self.moment.circles[a as usize], &self.moment.circles[b as usize]);
         let from_b = circle_a.centre - circle_b.centre;
         let material = self.model.pair_material(a, b);
-        let rings = self.model.ring_count() as u32;
+        let (rings, round) = (self.model.ring_count() as u32, self.model.round_count() as u32);
         let law = *self.model.normal_law(material, a);
         let relative = if DAMPED || FRICTION {
             self.relative(&self.moment.velocities, a, Some(b), &from_b)
@@ -88,7 +89,18 @@ impl Narrow<'_> {
                 return surfaces.collide::<DAMPED, FRICTION>(&pair, &slip, workspace, forces);
             }
         }
-        if b < rings {
+        if b >= round {
+            let placed = |body, frame| Placed { body, frame };
+            let back = Pair {
+                a: circle_b,
+                a_minor_radius: body_b.minor_radius,
+                from_b: -from_b,
+                relative: self.relative(&self.moment.velocities, b, Some(a), &-from_b),
+                ..pair
+            };
+            let bodies = (placed(body_a, circle_a), placed(body_b, circle_b));
+            pairs::two_bodies::<DAMPED, FRICTION>(&pair, &back, bodies, material.point, &slip, forces);
+        } else if b < rings {
             ring_ring::<DAMPED, FRICTION>(&pair, circle_b, body_b.minor_radius, &slip, forces);
         } else if a < rings {
             ring_sphere::<DAMPED, FRICTION>(&pair, &circle_b.centre, body_b.minor_radius, &slip, forces);
@@ -110,6 +122,7 @@ impl Narrow<'_> {
         let plane = &self.model.planes()[b as usize - self.model.body_count()];
         let material = self.model.pair_material(a, b);
         let is_ring = (a as usize) < self.model.ring_count();
+        let is_solid = a as usize >= self.model.round_count();
         let law = *self.model.normal_law(material, a);
         let from_b = Vec3::zeros();
         let relative = self.relative(&self.moment.velocities, a, None, &from_b);
@@ -135,7 +148,10 @@ impl Narrow<'_> {
                 return surfaces.collide::<DAMPED, FRICTION>(&pair, &slip, workspace, forces);
             }
         }
-        if is_ring {
+        if is_solid {
+            let placed = Placed { body, frame: circle };
+            pairs::on_plane::<DAMPED, FRICTION>(&pair, placed, plane, material.point, &slip, forces);
+        } else if is_ring {
             ring_plane::<DAMPED, FRICTION>(&pair, plane, &slip, forces);
         } else {
             sphere_plane::<DAMPED, FRICTION>(&pair, plane, &slip, forces);

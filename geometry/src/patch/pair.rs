@@ -100,11 +100,11 @@ fn about_deepest(
     for minimum in minima.as_slice() {
         let deepest = deepest_points(a, b, circle, (minimum.cos, minimum.sin));
         let depth = deepest[0].depth;
-        // An arc of no length has no patch; one that reaches the other's core is no bowl.
+        // An arc of no length has no patch; one that reaches far towards the other's core is no bowl.
         if depth <= 0.0 {
             continue;
         }
-        if !(depth < thinner) {
+        if !(depth < 0.5 * thinner) {
             return false;
         }
         let nodes = &mut nodes[usize::from(minimum.connected)];

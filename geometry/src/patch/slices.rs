@@ -159,8 +159,8 @@ impl Slicer<'_> {
         let Some(section) = self.at(start, angle) else { return };
         for arc in section.arcs.iter() {
             let rule = match arc.half_tangent {
-                short if short < 0.05 => GaussRule::Four,
-                middling if middling < 0.2 => GaussRule::Six,
+                short if short < 0.02 => GaussRule::Four,
+                middling if middling < 0.08 => GaussRule::Six,
                 _ => GaussRule::Eight,
             };
             for node in arc.nodes(rule) {

@@ -15,5 +15,6 @@ mod properties;
 mod quadrature;
 mod random;
 mod shapes;
+mod solids;
 mod sturm;
 mod torus;

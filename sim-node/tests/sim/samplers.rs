@@ -3,6 +3,7 @@
 use crate::support::{Run, check};
 
 const MINOR: f64 = 0.18;
+const HALF_ROOT: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// N/m^3, so that forces are of the size of a newton.
 const STIFFNESS: f64 = 1e6;
 
@@ -44,7 +45,7 @@ fn force(run: &mut Run, depth: f64, step: u64) -> f64 {
     ring.position_m = [2.0 - 2.0 * MINOR + depth, 0.0, 0.0];
     ring.linear_velocity_m_per_s = [0.0; 3];
     ring.angular_velocity_rad_per_s = [0.0; 3];
-    ring.orientation = [0.7071067811865476, 0.0, 0.0, 0.7071067811865476];
+    ring.orientation = [HALF_ROOT, 0.0, 0.0, HALF_ROOT];
     run.state.step = step;
     run.step();
     -run.state.bodies[1].linear_velocity_m_per_s[0] / run.model.time().time_step_s

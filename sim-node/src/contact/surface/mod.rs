@@ -169,8 +169,8 @@ impl Sums {
             force[i] = elastic;
             self.energy[i] += elastic * block.depth[i];
             self.weight[i] += elastic;
-            for axis in 0..3 {
-                self.centre[axis][i] += p[axis][i] * elastic;
+            for (centre, p) in self.centre.iter_mut().zip(p) {
+                centre[i] += p[i] * elastic;
             }
         }
         if DAMPED {
