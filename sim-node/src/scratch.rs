@@ -3,9 +3,9 @@
 use crate::Model;
 use crate::forces::{Evaluation, Moment};
 use crate::integrator::rk4::Rk4Scratch;
+use crate::integrator::verlet::VerletScratch;
 use crate::wrench::Velocity;
 use geometry::{Circle, Vec3};
-use nalgebra::UnitQuaternion;
 use schemas::scene::Integrator;
 use schemas::state::ContactState;
 
@@ -17,13 +17,12 @@ const PARALLEL_BODIES: usize = 1000;
 pub struct Scratch {
     pub(crate) evaluation: Evaluation,
     pub(crate) moment: Moment,
-    /// Orientations at the moment of the evaluation.
-    pub(crate) orientations: Vec<UnitQuaternion<f64>>,
-    /// The part of angular velocity that free motion keeps, and the spin about the axis (rad/s).
-    pub(crate) precession: Vec<(Vec3, f64)>,
     /// Time from the last force evaluation to the state (s).
     pub(crate) evaluation_age_s: f64,
+    pub(crate) verlet: VerletScratch,
     pub(crate) rk4: Rk4Scratch,
+    /// The vector instructions of this processor; they reach no bit.
+    pub(crate) arch: pulp::Arch,
     pub(crate) pool: Option<rayon::ThreadPool>,
 }
 
@@ -38,12 +37,13 @@ impl Scratch {
         let circle =
             Circle { centre: Vec3::zeros(), u: Vec3::x(), w: Vec3::y(), normal: Vec3::z(), radius: 0.0 };
         let rk4 = model.integrator() == Integrator::Rk4;
+        let verlet = model.integrator() == Integrator::Verlet;
         Scratch {
             evaluation: Evaluation::new(model),
             moment: Moment { circles: vec![circle; count], velocities: vec![Velocity::ZERO; count] },
-            orientations: vec![UnitQuaternion::identity(); count],
-            precession: vec![(Vec3::zeros(), 0.0); count],
             evaluation_age_s: 0.0,
+            verlet: if verlet { VerletScratch::new(model) } else { VerletScratch::default() },
+            arch: pulp::Arch::new(),
             rk4: Rk4Scratch::new(if rk4 { count } else { 0 }),
             pool: pool.flatten(),
         }

@@ -70,14 +70,17 @@ pub enum Stop {
 pub fn step(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(), Stop> {
     assert_eq!(state.bodies.len(), model.body_count(), "bodies of the state and of the model");
     assert_eq!(scratch.moment.circles.len(), model.body_count(), "bodies of the scratch and of the model");
-    match model.integrator() {
+    let finite = match model.integrator() {
         Integrator::Verlet => verlet::advance(model, state, scratch),
-        Integrator::Rk4 => rk4::advance(model, state, scratch),
-    }
+        Integrator::Rk4 => {
+            rk4::advance(model, state, scratch);
+            false
+        }
+    };
     state.step += 1;
     state.sim_time_s = state.step as f64 * model.time().time_step_s;
     state.dissipated_energy_j += 0.0;
-    check_finite(model, state)
+    if finite { Ok(()) } else { check_finite(model, state) }
 }
 
 /// Evaluates the contact forces at a state without moving it, so that the state can be recorded: needed for
