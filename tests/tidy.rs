@@ -13,9 +13,10 @@ fn allowed_arrows() -> BTreeMap<&'static str, &'static [&'static str]> {
     BTreeMap::from([
         ("schemas", &[][..]),
         ("geometry", &[][..]),
+        ("random", &[][..]),
         ("bus", &["schemas"][..]),
-        ("sim-node", &["schemas", "geometry", "bus"][..]),
-        ("render-node", &["schemas", "geometry", "bus"][..]),
+        ("sim-node", &["schemas", "geometry", "random", "bus"][..]),
+        ("render-node", &["schemas", "geometry", "random", "bus"][..]),
         ("recorder", &["schemas", "bus"][..]),
         ("", &["schemas", "bus", "sim-node", "render-node", "recorder"][..]),
     ])
@@ -81,7 +82,7 @@ fn dependency_arrows_run_one_way() {
 #[test]
 fn one_home_for_each_outside_library() {
     for (library, home) in
-        [("iceoryx2", "bus"), ("bincode", "schemas"), ("mcap", "recorder"), ("rand_chacha", "render-node")]
+        [("iceoryx2", "bus"), ("bincode", "schemas"), ("mcap", "recorder"), ("rand_chacha", "random")]
     {
         for folder in allowed_arrows().keys() {
             let named = dependencies(&manifest(folder), "dependencies").iter().any(|name| name == library);
@@ -107,7 +108,7 @@ fn inside_a_node_only_node_rs_names_the_bus() {
 #[test]
 fn the_core_knows_no_clock_and_no_files() {
     let banned = ["std::time", "Instant::now", "SystemTime", "std::fs", "thread_rng", "std::env"];
-    for folder in ["geometry", "schemas", "sim-node", "render-node"] {
+    for folder in ["geometry", "random", "schemas", "sim-node", "render-node"] {
         for path in sources(&root().join(folder).join("src")) {
             let at_the_edge = path
                 .components()

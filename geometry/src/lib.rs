@@ -36,6 +36,7 @@ pub mod arc;
 pub mod bernstein;
 pub mod circle;
 pub mod gauss;
+pub mod lanes;
 pub mod plane;
 pub mod rotation;
 pub mod sphere;

@@ -5,51 +5,34 @@
 //! from ChaCha8 (key: seed and frame, stream: pixel), so points of different pixels and pairs are independent,
 //! and each single point is uniform. Nothing is carried from pixel to pixel.
 //!
-//! # Source
-//! Shuffled, nested-scrambled Sobol points: Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020.
-//! The hash is Laine and Karras' with Vegdahl's constants ("Building a better LK hash", 2021). Deviation:
-//! keys from ChaCha8 rather than a hash of the pixel, pairs of dimensions rather than sets of four.
+//! The points are made by the crate `random`, which names their source.
 
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
+use random::{Scrambled, Stream};
 
 /// Separates these random numbers from those that other parts draw from the same seed.
 const PURPOSE: &[u8; 16] = b"chainmail render";
 
-/// Keys of one pair of dimensions in one pixel.
-#[derive(Clone, Copy, Debug, Default)]
-struct PairKeys {
-    shuffle: u32,
-    first: u32,
-    second: u32,
-}
-
 /// The random numbers of one pixel at a time.
 #[derive(Clone, Debug)]
 pub struct Sampler {
-    stream: ChaCha8Rng,
-    keys: Vec<PairKeys>,
+    stream: Stream,
+    pairs: Vec<Scrambled>,
     sample: u32,
 }
 
 impl Sampler {
     /// A sampler of `pairs` pairs of dimensions.
     pub fn new(seed: u64, frame: u64, pairs: usize) -> Sampler {
-        let mut key = [0; 32];
-        key[..8].copy_from_slice(&seed.to_le_bytes());
-        key[8..16].copy_from_slice(&frame.to_le_bytes());
-        key[16..].copy_from_slice(PURPOSE);
-        Sampler { stream: ChaCha8Rng::from_seed(key), keys: vec![PairKeys::default(); pairs], sample: 0 }
+        let stream = Stream::new(seed, frame, PURPOSE);
+        Sampler { stream, pairs: vec![Scrambled::default(); pairs], sample: 0 }
     }
 
     /// Goes to a sample of a pixel; pixels are numbered row by row from the top left.
     pub fn start(&mut self, pixel: u64, sample: u32) {
-        if sample == 0 || self.stream.get_stream() != pixel {
-            self.stream.set_word_pos(0);
-            self.stream.set_stream(pixel);
-            for keys in &mut self.keys {
-                let mut word = || self.stream.next_u32();
-                *keys = PairKeys { shuffle: word(), first: word(), second: word() };
+        if sample == 0 || self.stream.number() != pixel {
+            self.stream.go_to(pixel);
+            for points in &mut self.pairs {
+                *points = Scrambled::from_stream(&mut self.stream);
             }
         }
         self.sample = sample;
@@ -62,39 +45,8 @@ impl Sampler {
     /// If the sampler was made for fewer pairs.
     #[inline]
     pub fn pair(&self, pair: usize) -> (f64, f64) {
-        let keys = &self.keys[pair];
-        // Aligned blocks of 2^k samples stay aligned blocks, so each of them remains evenly spread.
-        let index = scramble(self.sample.reverse_bits(), keys.shuffle).reverse_bits();
-        let first = scramble(index, keys.first);
-        let second = scramble(pascal(index), keys.second);
-        (unit(first), unit(second))
+        self.pairs[pair].point(self.sample)
     }
-}
-
-/// The number in (0, 1) whose binary digits are the bits of `digits`, the lowest bit first.
-#[inline]
-fn unit(digits: u32) -> f64 {
-    (f64::from(digits.reverse_bits()) + 0.5) * (1.0 / 4_294_967_296.0)
-}
-
-/// The digits of the second Sobol dimension from those of the first: Pascal's triangle modulo 2.
-#[inline]
-fn pascal(mut digits: u32) -> u32 {
-    digits ^= (digits >> 1) & 0x5555_5555;
-    digits ^= (digits >> 2) & 0x3333_3333;
-    digits ^= (digits >> 4) & 0x0f0f_0f0f;
-    digits ^= (digits >> 8) & 0x00ff_00ff;
-    digits ^ (digits >> 16)
-}
-
-/// A nested permutation: bit k of the result depends on bits 0 to k alone.
-#[inline]
-fn scramble(mut digits: u32, key: u32) -> u32 {
-    digits ^= digits.wrapping_mul(0x3d20_adea);
-    digits = digits.wrapping_add(key);
-    digits = digits.wrapping_mul((key >> 16) | 1);
-    digits ^= digits.wrapping_mul(0x0552_6c56);
-    digits ^ digits.wrapping_mul(0x53a2_2864)
 }
 
 #[cfg(test)]

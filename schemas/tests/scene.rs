@@ -1,6 +1,6 @@
 //! Scene files: what is read, what is refused, and how the refusal reads.
 
-use schemas::scene::{Scene, SceneError};
+use schemas::scene::{BroadPhase, Scene, SceneError};
 
 const SMALL: &str = r#"
 [time]
@@ -180,4 +180,17 @@ fn frames_lie_on_their_steps() {
     assert!((0..1000).all(|step| each.time.frame_at(step) == Some(step)), "a frame a step is not too many");
     let still = parse(&["time.duration_s=0"]);
     assert_eq!((still.time.step_count(), still.time.frame_count()), (0, 1));
+}
+
+#[test]
+fn broad_phase_is_a_choice_that_is_written_only_when_made() {
+    let plain = parse(&[]);
+    assert_eq!(plain.method.broad_phase, BroadPhase::Auto);
+    assert!(!serde_json::to_string(&plain).expect("JSON").contains("broad_phase"));
+    let chosen = parse(&["method.broad_phase=range-tree"]);
+    assert_eq!(chosen.method.broad_phase, BroadPhase::RangeTree);
+    let text = serde_json::to_string(&chosen).expect("JSON");
+    assert_eq!(serde_json::from_str::<Scene>(&text).expect("its own JSON"), chosen);
+    let refused = error(SMALL, &["method.broad_phase=range-trie"]);
+    assert!(refused.contains("range-trie") && refused.contains("range-tree"), "{refused}");
 }

@@ -8,7 +8,7 @@
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
 mod body;
-mod broad;
+pub mod broad;
 mod contact;
 mod forces;
 mod integrator;

@@ -1,6 +1,7 @@
 //! The model: a scene compiled into constants. Immutable; shared by all threads.
 
 use crate::body::Body;
+use crate::broad::{self, Method};
 use crate::contact::material::PairMaterial;
 use crate::plan::Features;
 use crate::{overlap, plan, stability};
@@ -24,6 +25,7 @@ pub struct Model {
     gravity: Vec3,
     time: Time,
     integrator: Integrator,
+    broad_phase: Method,
     grid_radius: f64,
     largest_time_step_s: f64,
     pub(crate) features: Features,
@@ -204,6 +206,7 @@ impl Model {
             gravity: Vec3::from(gravity_m_per_s2),
             time: scene.time.clone(),
             integrator: scene.method.integrator,
+            broad_phase: broad::choose(scene.method.broad_phase, bodies.len()).0,
             grid_radius,
             largest_time_step_s: f64::INFINITY,
             features: Features::default(),
@@ -272,6 +275,11 @@ impl Model {
         } else {
             BodyName::Plane(number - self.bodies.len())
         }
+    }
+
+    /// How near pairs are found.
+    pub(crate) fn broad_phase(&self) -> Method {
+        self.broad_phase
     }
 
     /// Bounding radius for which the grid of the broad phase is made (m).

@@ -1,6 +1,7 @@
 //! The plan: which parts of the simulator a scene needs, and why the others are left out.
 
 use crate::Model;
+use crate::broad::{self, Method};
 use schemas::plan::Plan;
 use schemas::scene::{Integrator, Scene};
 
@@ -19,6 +20,7 @@ pub(crate) struct Features {
 /// Pairs of shapes need no switch: a pair that cannot meet never becomes a candidate.
 pub(crate) fn make(scene: &Scene, model: &Model, everything: bool) -> (Features, Plan) {
     let mut plan = Plan::default();
+    broad_phase(scene, model, &mut plan);
     let mut choose = |part: &str, needed: bool, reason: String| {
         plan.push(part, needed || everything, if everything { "forced on".to_owned() } else { reason });
         needed || everything
@@ -31,7 +33,6 @@ pub(crate) fn make(scene: &Scene, model: &Model, everything: bool) -> (Features,
     let counted = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
     let (of_rings, of_spheres) = (counted(rings, "ring"), counted(spheres, "sphere"));
     let counts = format!("{of_rings} ({free_rings} free), {of_spheres}, {}", counted(planes, "plane"));
-    choose("broad-phase/cell-list", rings + spheres > 1, counts.clone());
     let (no_ring, no_sphere) = ((rings == 0, "no ring"), (spheres == 0, "no sphere"));
     let no_plane = (planes == 0, "no plane");
     // What would leave a pair out, and after that what leaves it out where the shapes are there.
@@ -88,4 +89,18 @@ pub(crate) fn make(scene: &Scene, model: &Model, everything: bool) -> (Features,
     plan.push("audit/links", free_rings > 0 && rings > 1, counts.clone());
     plan.push("audit/gap", contact, counts);
     (Features { gravity, drag, damping, friction }, plan)
+}
+
+/// One of them is taken in: they are different ways to the same pairs.
+fn broad_phase(scene: &Scene, model: &Model, plan: &mut Plan) {
+    let count = model.body_count();
+    let (chosen, reason) = broad::choose(scene.method.broad_phase, count);
+    for (part, method) in [
+        ("broad-phase/grid", Method::Grid),
+        ("broad-phase/range-tree", Method::RangeTree),
+        ("broad-phase/sweep-and-prune", Method::SweepAndPrune),
+        ("broad-phase/brute", Method::Brute),
+    ] {
+        plan.push(part, method == chosen && count > 1, reason.clone());
+    }
 }

@@ -1,8 +1,7 @@
 //! Scenes, states and random numbers for the tests.
 
 use geometry::Vec3;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
+use random::Stream;
 use render_node::{Film, RenderModel, render};
 use schemas::scene::Scene;
 use std::num::NonZeroUsize;
@@ -30,16 +29,17 @@ pub fn film(scene: &Scene) -> Film {
 }
 
 /// Random numbers for the tests, the same in every run.
-pub struct Dice(ChaCha8Rng);
+pub struct Dice(Stream);
 
 impl Dice {
     pub fn new(seed: u64) -> Dice {
-        Dice(ChaCha8Rng::seed_from_u64(seed))
+        Dice(Stream::new(seed, 0, b"chainmail's dice"))
     }
 
     /// Uniform from 0 to 1.
     pub fn unit(&mut self) -> f64 {
-        (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+        let bits = u64::from(self.0.word()) << 32 | u64::from(self.0.word());
+        (bits >> 11) as f64 / (1_u64 << 53) as f64
     }
 
     /// Uniform in a cube about the origin with this half side.

@@ -127,6 +127,9 @@ pub struct Method {
     pub integrator: Integrator,
     /// The law of contact between centrelines.
     pub contact_law: ContactLaw,
+    /// How pairs of bodies that are near each other are found. No bit of a state depends on it.
+    #[serde(skip_serializing_if = "BroadPhase::is_auto")]
+    pub broad_phase: BroadPhase,
 }
 
 /// An integrator of the equations of motion.
@@ -139,6 +142,30 @@ pub enum Integrator {
     Verlet,
     /// The classical Runge-Kutta method of fourth order: four force evaluations a step.
     Rk4,
+}
+
+/// A way to find the pairs of bodies that are near each other. All find the same pairs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BroadPhase {
+    /// What the plan takes for the fastest, by the number of bodies.
+    #[default]
+    Auto,
+    /// Cells as wide as the longest reach.
+    Grid,
+    /// A layered range tree with fractional cascading.
+    RangeTree,
+    /// Intervals along the axis of the widest spread, in order.
+    SweepAndPrune,
+    /// Every pair is looked at.
+    Brute,
+}
+
+impl BroadPhase {
+    /// Whether the choice is left to the plan.
+    pub fn is_auto(&self) -> bool {
+        *self == BroadPhase::Auto
+    }
 }
 
 /// A law of contact.

@@ -4,8 +4,44 @@
 //! of a step are those of it whose bounding spheres overlap at that moment, which is a function of the
 //! state alone; when the list was made, and how, never reaches a bit of the result.
 
+mod grid;
+mod levels;
+mod pairs;
+mod range_tree;
+mod sweep;
+
+pub use pairs::{Method, Workspace, find_pairs};
+pub use range_tree::RangeTree;
+
 use crate::Model;
 use geometry::{Circle, Vec3};
+use pairs::Bodies;
+use schemas::scene::BroadPhase;
+
+/// Bodies up to which looking at every pair is fastest, and those up to which sorting along one axis is: by
+/// measurement (`cargo bench -p sim-node --bench broad`), much the same for sheets and heaps.
+const BRUTE_COUNT: usize = 32;
+const SWEEP_COUNT: usize = 100;
+
+/// The method for a scene with so many bodies, and the reason. The grid itself gives way to the range tree
+/// where bodies lie too far apart for it.
+pub(crate) fn choose(asked: BroadPhase, count: usize) -> (Method, String) {
+    let method = match asked {
+        BroadPhase::Auto if count <= BRUTE_COUNT => Method::Brute,
+        BroadPhase::Auto if count <= SWEEP_COUNT => Method::SweepAndPrune,
+        BroadPhase::Auto | BroadPhase::Grid => Method::Grid,
+        BroadPhase::RangeTree => Method::RangeTree,
+        BroadPhase::SweepAndPrune => Method::SweepAndPrune,
+        BroadPhase::Brute => Method::Brute,
+    };
+    let reason = match asked {
+        BroadPhase::Auto => format!(
+            "{count} bodies: brute up to {BRUTE_COUNT}, sweep-and-prune up to {SWEEP_COUNT}, then the grid"
+        ),
+        _ => "method.broad_phase says which".to_owned(),
+    };
+    (method, reason)
+}
 
 /// Pairs that stay apart until some body has moved by half the skin.
 #[derive(Debug, Default)]
@@ -14,11 +50,10 @@ pub(crate) struct Neighbours {
     pairs: Vec<(u32, u32)>,
     /// Where the bodies were when the list was made.
     anchors: Vec<Vec3>,
-    cells: Vec<(Cell, u32)>,
+    radii: Vec<f64>,
+    workspace: Workspace,
     pub(crate) rebuilds: u64,
 }
-
-type Cell = [i64; 3];
 
 /// Skin in bounding radii of the largest ring. Wider: fewer rebuilds, more pairs to look at. The result
 /// does not depend on it.
@@ -47,51 +82,17 @@ impl Neighbours {
         self.rebuilds += 1;
         self.anchors.clear();
         self.anchors.extend(circles.iter().map(|circle| circle.centre));
-        self.pairs.clear();
         let skin = model.grid_radius() * SKIN_SHARE;
-        let width = 2.0 * model.grid_radius() + skin;
         let bodies = model.bodies();
-        let wide = |body: usize| 2.0 * bodies[body].bounding_radius > width;
-        self.cells.clear();
-        for (body, centre) in self.anchors.iter().enumerate() {
-            if !wide(body) {
-                self.cells.push((cell(centre, width), body as u32));
-            }
-        }
-        self.cells.sort_unstable();
-        let (cells, anchors, pairs) = (&self.cells, &self.anchors, &mut self.pairs);
-        let mut meet = |a: u32, b: u32| {
-            let reach = bodies[a as usize].bounding_radius + bodies[b as usize].bounding_radius + skin;
-            let apart = (anchors[a as usize] - anchors[b as usize]).norm_squared();
-            if apart < reach * reach && model.interacts(a, b) {
-                pairs.push(model.ordered(a, b));
-            }
-        };
-        for (index, &(here, body)) in cells.iter().enumerate() {
-            // The rest of the own row of three cells, then the four rows after it: half of all 27.
-            for &(other, neighbour) in &cells[index + 1..] {
-                if other[0] != here[0] || other[1] != here[1] || other[2] > here[2] + 1 {
-                    break;
-                }
-                meet(body, neighbour);
-            }
-            for [dx, dy] in [[0, 1], [1, -1], [1, 0], [1, 1]] {
-                let row = [here[0] + dx, here[1] + dy, here[2] - 1];
-                let start = cells.partition_point(|(cell, _)| *cell < row);
-                for &(other, neighbour) in &cells[start..] {
-                    if other[0] != row[0] || other[1] != row[1] || other[2] > here[2] + 1 {
-                        break;
-                    }
-                    meet(body, neighbour);
-                }
-            }
-        }
-        // Bodies too wide for the grid (a ball among small rings) meet everyone.
-        for a in (0..bodies.len()).filter(|&body| wide(body)) {
-            for b in (0..bodies.len()).filter(|&b| !wide(b) || b > a) {
-                meet(a as u32, b as u32);
-            }
-        }
+        self.radii.clear();
+        self.radii.extend(bodies.iter().map(|body| body.bounding_radius));
+        let near = Bodies { centres: &self.anchors, radii: &self.radii, skin };
+        pairs::gather(model.broad_phase(), &near, &mut self.workspace, &mut self.pairs);
+        self.pairs.retain_mut(|pair| {
+            let (a, b) = *pair;
+            *pair = model.ordered(a, b);
+            model.interacts(a, b)
+        });
         for (index, plane) in model.planes().iter().enumerate() {
             for (body, centre) in self.anchors.iter().enumerate() {
                 let height = plane.normal.dot(centre) - plane.offset;
@@ -100,16 +101,6 @@ impl Neighbours {
                 }
             }
         }
-        self.pairs.sort_unstable();
+        self.workspace.sort(bodies.len(), &mut self.pairs);
     }
-}
-
-/// The cell of a point; a cast saturates, so the far ends of space share a cell.
-fn cell(point: &Vec3, width: f64) -> Cell {
-    let index = |coordinate: f64| {
-        let cell = libm::floor(coordinate / width);
-        // Room for the neighbouring cells' numbers.
-        if cell.abs() < 1e18 { cell as i64 } else { 0 }
-    };
-    [index(point.x), index(point.y), index(point.z)]
 }

@@ -3,6 +3,7 @@
 //! Tolerances are derived beside the assertions; `cargo test -- --nocapture` prints what was measured.
 
 mod bounce;
+mod broad;
 mod conservation;
 mod determinism;
 mod fall;

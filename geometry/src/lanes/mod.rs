@@ -1,0 +1,269 @@
+//! Contact arcs of many pairs of rings, four pairs side by side in vector instructions.
+//!
+//! The one thing to know: this is [`circle_circle_arcs`](crate::arc::circle_circle_arcs) for the common case.
+//! A pair is either answered in full, with arcs certified by the same sign changes, or handed back as
+//! *irregular*, for the scalar code to answer. Which of the two is a function of the pair alone: each lane
+//! runs the same IEEE operations whatever the instruction set, so the bits are the same on every machine.
+//!
+//! # Stages
+//! Each stage reads and writes plain buffers and drops what cannot touch without a branch.
+//! 1. [`cull`]: three slabs, from the centres and normals alone.
+//! 2. [`chart`]: the strip `|h| < reach` cuts A into two stretches; on each the quartic of
+//!    [`ellipse`](crate::ellipse) in Bernstein form. No sign change proves that there is no contact.
+//! 3. [`isolate`]: the quartic's minimum and its two roots.
+//!
+//! # The common frame
+//! With the angle between the planes well away from 0, A's angle is counted from its highest point over B's
+//! plane: `e1 = (n_B - c n_A) / sin`, `e2 = n_A x n_B / sin`, `c = n_A . n_B`. Then
+//! `h = h_0 + R_A sin cos(t)`, and no axes of the bodies but their normals are needed. With
+//! `g = (n_A - c n_B) / sin` the vectors `(e2, g, n_B)` are right-handed and a point of A lies at
+//! `(d.e2 + R_A sin(t), d.g - R_A c cos(t), h)` from B's centre.
+
+use fearless_simd::{f64x4, mask64x4};
+
+pub use fearless_simd::prelude::{Select, SimdBase, SimdFloat, SimdMask};
+pub use fearless_simd::{Level, Simd, dispatch};
+
+mod chart;
+mod cull;
+mod isolate;
+
+/// Pairs side by side.
+pub const LANES: usize = 4;
+
+/// Four numbers side by side.
+pub type Lanes<S> = f64x4<S>;
+/// Four truth values side by side.
+pub type Mask<S> = mask64x4<S>;
+
+/// A ring as the lanes read it: one cache line.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(64))]
+pub struct Line {
+    /// Centre (m, World), and the minor radius (m).
+    pub centre: [f64; 4],
+    /// Unit normal (World), and the major radius (m).
+    pub normal: [f64; 4],
+}
+
+/// A contact arc in the common frame: of at most a quarter turn, and the only one on its side.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(32))]
+pub struct LaneArc {
+    /// `cos(mid)`, from `e1`.
+    pub mid_cos: f64,
+    /// `sin(mid)`, towards `e2`.
+    pub mid_sin: f64,
+    /// `tan(phi / 2)` with `phi` half the arc's angle.
+    pub half_tangent: f64,
+    /// Number of the pair among those searched, as a float so that an arc is four of a kind.
+    pair: f64,
+}
+
+impl LaneArc {
+    /// Number of the pair among those searched.
+    #[inline]
+    pub fn pair(&self) -> usize {
+        self.pair as usize
+    }
+
+    /// The four numbers, to be loaded into lanes: middle (2), half tangent, pair.
+    #[inline]
+    pub fn numbers(&self) -> [f64; 4] {
+        [self.mid_cos, self.mid_sin, self.half_tangent, self.pair]
+    }
+}
+
+/// A search for contact arcs, and its memory.
+#[derive(Debug, Default)]
+pub struct ArcSearch {
+    /// Numbers of the pairs that [`cull`] left.
+    near: Vec<u32>,
+    charts: Vec<chart::Chart>,
+    /// The arcs found, in the order of the pairs. A pair has at most two.
+    pub arcs: Vec<LaneArc>,
+    /// The pairs that were not answered, in order.
+    pub irregular: Vec<u32>,
+}
+
+impl ArcSearch {
+    /// Finds the contact arcs of A's centreline along B's, for pairs (A, B) of rings, given by their places
+    /// in `lines`, whose minor radii sum to less than B's major radius.
+    #[inline(always)]
+    pub fn find<S: Simd>(&mut self, simd: S, lines: &[Line], pairs: &[(u32, u32)]) {
+        self.arcs.clear();
+        self.irregular.clear();
+        if pairs.is_empty() {
+            return;
+        }
+        let near = cull::cull(simd, lines, pairs, &mut self.near);
+        let charts =
+            chart::charts(simd, lines, pairs, &self.near[..near], &mut self.charts, &mut self.irregular);
+        isolate::isolate(simd, &self.charts[..charts], &mut self.arcs, &mut self.irregular);
+        self.settle();
+    }
+
+    /// A pair that is irregular on one side is irregular as a whole.
+    #[inline(always)]
+    fn settle(&mut self) {
+        if !self.irregular.is_empty() {
+            self.irregular.sort_unstable();
+            self.irregular.dedup();
+            let irregular = &self.irregular;
+            self.arcs.retain(|arc| irregular.binary_search(&(arc.pair as u32)).is_err());
+        }
+    }
+}
+
+/// Four vectors in space, one a lane.
+#[derive(Clone, Copy)]
+pub struct Vectors<S: Simd>(pub [Lanes<S>; 3]);
+
+impl<S: Simd> Vectors<S> {
+    /// Products `a . b`.
+    #[inline(always)]
+    pub fn dot(&self, other: &Vectors<S>) -> Lanes<S> {
+        let ([a, b, c], [x, y, z]) = (self.0, other.0);
+        a * x + b * y + c * z
+    }
+
+    /// Products `a x b`.
+    #[inline(always)]
+    pub fn cross(&self, other: &Vectors<S>) -> Vectors<S> {
+        let ([a, b, c], [x, y, z]) = (self.0, other.0);
+        Vectors([b * z - c * y, c * x - a * z, a * y - b * x])
+    }
+
+    /// Differences.
+    #[inline(always)]
+    pub fn minus(&self, other: &Vectors<S>) -> Vectors<S> {
+        Vectors([self.0[0] - other.0[0], self.0[1] - other.0[1], self.0[2] - other.0[2]])
+    }
+
+    /// Sums.
+    #[inline(always)]
+    pub fn plus(&self, other: &Vectors<S>) -> Vectors<S> {
+        Vectors([self.0[0] + other.0[0], self.0[1] + other.0[1], self.0[2] + other.0[2]])
+    }
+
+    /// Multiples.
+    #[inline(always)]
+    pub fn times(&self, factor: Lanes<S>) -> Vectors<S> {
+        Vectors([self.0[0] * factor, self.0[1] * factor, self.0[2] * factor])
+    }
+}
+
+/// Rows become columns.
+#[inline(always)]
+pub fn transposed<S: Simd>(rows: [Lanes<S>; LANES]) -> [Lanes<S>; LANES] {
+    let [a, b, c, d] = rows;
+    let (ac, bd) = (a.zip_low(c), b.zip_low(d));
+    let (ac_high, bd_high) = (a.zip_high(c), b.zip_high(d));
+    [ac.zip_low(bd), ac.zip_high(bd), ac_high.zip_low(bd_high), ac_high.zip_high(bd_high)]
+}
+
+/// Four rows of four numbers, as columns.
+#[inline(always)]
+pub fn columns<S: Simd>(simd: S, rows: [&[f64; 4]; LANES]) -> [Lanes<S>; LANES] {
+    transposed(rows.map(
+        #[inline(always)]
+        |row| Lanes::load_array_ref(simd, row),
+    ))
+}
+
+/// The larger of each two numbers; the second where one is NaN.
+#[inline(always)]
+pub fn larger<S: Simd>(a: Lanes<S>, b: Lanes<S>) -> Lanes<S> {
+    a.simd_gt(b).select(a, b)
+}
+
+/// The smaller of each two numbers; the second where one is NaN.
+#[inline(always)]
+pub fn smaller<S: Simd>(a: Lanes<S>, b: Lanes<S>) -> Lanes<S> {
+    a.simd_lt(b).select(a, b)
+}
+
+/// Four pairs of rings.
+#[derive(Clone, Copy)]
+pub struct PairLanes<S: Simd> {
+    /// Centre of A less centre of B.
+    pub from_b: Vectors<S>,
+    /// Normals.
+    pub normal_a: Vectors<S>,
+    /// Normals.
+    pub normal_b: Vectors<S>,
+    /// Major radius of A.
+    pub radius_a: Lanes<S>,
+    /// Major radius of B.
+    pub radius_b: Lanes<S>,
+    /// Sum of the minor radii.
+    pub reach: Lanes<S>,
+}
+
+impl<S: Simd> PairLanes<S> {
+    /// Loads four pairs.
+    #[inline(always)]
+    pub fn load(simd: S, lines: &[Line], pairs: [(u32, u32); LANES]) -> PairLanes<S> {
+        let a = [0, 1, 2, 3].map(
+            #[inline(always)]
+            |lane: usize| &lines[pairs[lane].0 as usize],
+        );
+        let b = [0, 1, 2, 3].map(
+            #[inline(always)]
+            |lane: usize| &lines[pairs[lane].1 as usize],
+        );
+        // Differences and sums first: they need one change of rows and columns less.
+        let differences = [0, 1, 2, 3].map(
+            #[inline(always)]
+            |lane: usize| {
+                Lanes::load_array_ref(simd, &a[lane].centre) - Lanes::load_array_ref(simd, &b[lane].centre)
+            },
+        );
+        let [x, y, z, _] = transposed(differences);
+        let [ax, ay, az, radius_a] = columns(simd, [&a[0].normal, &a[1].normal, &a[2].normal, &a[3].normal]);
+        let [bx, by, bz, radius_b] = columns(simd, [&b[0].normal, &b[1].normal, &b[2].normal, &b[3].normal]);
+        let reach = [0, 1, 2, 3].map(
+            #[inline(always)]
+            |lane: usize| a[lane].centre[3] + b[lane].centre[3],
+        );
+        PairLanes {
+            from_b: Vectors([x, y, z]),
+            normal_a: Vectors([ax, ay, az]),
+            normal_b: Vectors([bx, by, bz]),
+            radius_a,
+            radius_b,
+            reach: Lanes::load_array(simd, reach),
+        }
+    }
+}
+
+/// Four pairs in their common frames (see the module's page).
+#[derive(Clone, Copy)]
+pub struct Frames<S: Simd> {
+    /// `e2`, `g` and the normal of B, World.
+    pub e2: Vectors<S>,
+    /// The direction in B's plane towards the normal of A.
+    pub g: Vectors<S>,
+    /// Cosine of the angle between the planes.
+    pub cos: Lanes<S>,
+    /// Its sine, not negative.
+    pub sin: Lanes<S>,
+    /// A's centre from B's along `e2`, `g` and B's normal.
+    pub centre: [Lanes<S>; 3],
+}
+
+impl<S: Simd> Frames<S> {
+    /// The frames of four pairs; numbers without meaning where the planes are parallel.
+    #[inline(always)]
+    pub fn of(pairs: &PairLanes<S>) -> Frames<S> {
+        let cross = pairs.normal_a.cross(&pairs.normal_b);
+        let cos = pairs.normal_a.dot(&pairs.normal_b);
+        let squared = cross.dot(&cross);
+        let sin = squared.sqrt();
+        let inverse = 1.0 / sin;
+        let e2 = cross.times(inverse);
+        let g = pairs.normal_a.minus(&pairs.normal_b.times(cos)).times(inverse);
+        let d = &pairs.from_b;
+        Frames { e2, g, cos, sin, centre: [d.dot(&e2), d.dot(&g), d.dot(&pairs.normal_b)] }
+    }
+}

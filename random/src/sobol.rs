@@ -1,0 +1,84 @@
+//! Evenly spread points of the unit square, shuffled and scrambled.
+//!
+//! # Source
+//! Shuffled, nested-scrambled Sobol points: Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020.
+//! The hash is Laine and Karras' with Vegdahl's constants ("Building a better LK hash", 2021). Deviation:
+//! keys from ChaCha8 rather than a hash, pairs of dimensions rather than sets of four.
+
+use crate::stream::{Stream, unit};
+
+/// A point set: the first two dimensions of the Sobol sequence under three keys. Each aligned block of 2^k
+/// points fills the square evenly.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Scrambled {
+    shuffle: u32,
+    first: u32,
+    second: u32,
+}
+
+impl Scrambled {
+    /// The point set of the next three words of a stream.
+    pub fn from_stream(stream: &mut Stream) -> Scrambled {
+        Scrambled { shuffle: stream.word(), first: stream.word(), second: stream.word() }
+    }
+
+    /// A point in the open unit square.
+    #[inline]
+    pub fn point(&self, index: u32) -> (f64, f64) {
+        let (first, second) = self.words(index);
+        (unit(first), unit(second))
+    }
+
+    /// The same point as two words: 2^32 times its coordinates, rounded down.
+    #[inline]
+    pub fn words(&self, index: u32) -> (u32, u32) {
+        // Aligned blocks of 2^k points stay aligned blocks, so each of them remains evenly spread.
+        let index = scramble(index.reverse_bits(), self.shuffle).reverse_bits();
+        let first = scramble(index, self.first);
+        let second = scramble(pascal(index), self.second);
+        (first.reverse_bits(), second.reverse_bits())
+    }
+}
+
+/// The digits of the second Sobol dimension from those of the first: Pascal's triangle modulo 2. The lowest bit
+/// is the first digit.
+#[inline]
+fn pascal(mut digits: u32) -> u32 {
+    digits ^= (digits >> 1) & 0x5555_5555;
+    digits ^= (digits >> 2) & 0x3333_3333;
+    digits ^= (digits >> 4) & 0x0f0f_0f0f;
+    digits ^= (digits >> 8) & 0x00ff_00ff;
+    digits ^ (digits >> 16)
+}
+
+/// A nested permutation: bit k of the result depends on bits 0 to k alone.
+#[inline]
+fn scramble(mut digits: u32, key: u32) -> u32 {
+    digits ^= digits.wrapping_mul(0x3d20_adea);
+    digits = digits.wrapping_add(key);
+    digits = digits.wrapping_mul((key >> 16) | 1);
+    digits ^= digits.wrapping_mul(0x0552_6c56);
+    digits ^ digits.wrapping_mul(0x53a2_2864)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sixteen_points_fill_every_elementary_box() {
+        let mut stream = Stream::new(1, 2, b"sixteen points..");
+        for number in 0..20 {
+            stream.go_to(number);
+            let points = Scrambled::from_stream(&mut stream);
+            for (columns, rows) in [(16, 1), (8, 2), (4, 4), (2, 8), (1, 16)] {
+                let mut filled = [false; 16];
+                for index in 48..64 {
+                    let (x, y) = points.point(index);
+                    filled[(x * columns as f64) as usize * rows + (y * rows as f64) as usize] = true;
+                }
+                assert_eq!(filled, [true; 16], "stream {number}, {columns} x {rows} boxes");
+            }
+        }
+    }
+}
