@@ -35,6 +35,8 @@ pub(crate) struct SlipMotion<'a> {
 #[derive(Debug, Default)]
 pub(crate) struct Evaluation {
     pub neighbours: Neighbours,
+    /// Evaluations so far.
+    pub count: u64,
     chunks: Vec<Chunk>,
     /// How many of the chunks are in use.
     chunk_count: usize,
@@ -104,6 +106,7 @@ impl Evaluation {
         slip: SlipMotion,
         pool: Option<&rayon::ThreadPool>,
     ) {
+        self.count += 1;
         match (model.features.damping, model.features.friction) {
             (false, false) => self.evaluate_as::<false, false>(model, moment, springs, slip, pool),
             (true, false) => self.evaluate_as::<true, false>(model, moment, springs, slip, pool),
@@ -123,7 +126,7 @@ impl Evaluation {
         self.neighbours.update(model, &moment.circles);
         let half_step = match model.integrator() {
             Integrator::Verlet => 0.5 * model.time().time_step_s,
-            Integrator::Rk4 => 0.0,
+            _ => 0.0,
         };
         let scene = Narrow { model, moment, springs, slip, half_step };
         self.collide::<DAMPED, FRICTION>(&scene, pool);

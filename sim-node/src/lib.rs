@@ -18,6 +18,7 @@ pub mod node;
 mod overlap;
 mod plan;
 mod record;
+mod risk;
 mod scratch;
 mod stability;
 mod state;

@@ -7,7 +7,7 @@ use crate::plan::Features;
 use crate::{overlap, plan, stability};
 use geometry::{Circle, Vec3};
 use schemas::plan::Plan;
-use schemas::scene::{Forces, Integrator, Material, Scene, Time};
+use schemas::scene::{self, Forces, Integrator, Material, Scene, Time};
 use schemas::state::BodyState;
 use std::fmt;
 
@@ -24,7 +24,7 @@ pub struct Model {
     linked_pairs: Vec<(u32, u32)>,
     gravity: Vec3,
     time: Time,
-    integrator: Integrator,
+    method: scene::Method,
     broad_phase: Method,
     grid_radius: f64,
     largest_time_step_s: f64,
@@ -205,7 +205,7 @@ impl Model {
             linked_pairs: Vec::new(),
             gravity: Vec3::from(gravity_m_per_s2),
             time: scene.time.clone(),
-            integrator: scene.method.integrator,
+            method: scene.method.clone(),
             broad_phase: broad::choose(scene.method.broad_phase, bodies.len()).0,
             grid_radius,
             largest_time_step_s: f64::INFINITY,
@@ -262,7 +262,12 @@ impl Model {
 
     /// The integrator.
     pub fn integrator(&self) -> Integrator {
-        self.integrator
+        self.method.integrator
+    }
+
+    /// The integrator with its settings, and the law of contact.
+    pub fn method(&self) -> &scene::Method {
+        &self.method
     }
 
     /// The name of a body or plane by its number in pairs.

@@ -80,11 +80,10 @@ pub(crate) fn make(scene: &Scene, model: &Model, everything: bool) -> (Features,
     let angular_needed = angular > 0.0 && free_rings > 0;
     drag |= choose("force/angular-drag", angular_needed, format!("{angular} kg m^2/s"));
 
-    // One of the two is always left out: they are different answers, not parts of one.
-    for (part, integrator) in [("integrator/verlet", Integrator::Verlet), ("integrator/rk4", Integrator::Rk4)]
-    {
-        let reason = format!("method.integrator is {:?}", model.integrator()).to_lowercase();
-        plan.push(part, integrator == model.integrator(), reason);
+    // All but one are always left out: they are different answers, not parts of one.
+    for integrator in Integrator::ALL {
+        let reason = format!("method.integrator is {}", model.integrator().name());
+        plan.push(&format!("integrator/{}", integrator.name()), integrator == model.integrator(), reason);
     }
     plan.push("audit/links", free_rings > 0 && rings > 1, counts.clone());
     plan.push("audit/gap", contact, counts);

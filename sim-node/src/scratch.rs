@@ -2,9 +2,11 @@
 
 use crate::Model;
 use crate::forces::{Evaluation, Moment};
-use crate::integrator::rk4::Rk4Scratch;
+use crate::integrator::explicit::Stages;
 use crate::integrator::verlet::VerletScratch;
+use crate::integrator::{dopri5, rk4};
 use crate::wrench::Velocity;
+use geometry::lanes::Level;
 use geometry::{Circle, Vec3};
 use schemas::scene::Integrator;
 use schemas::state::ContactState;
@@ -20,9 +22,10 @@ pub struct Scratch {
     /// Time from the last force evaluation to the state (s).
     pub(crate) evaluation_age_s: f64,
     pub(crate) verlet: VerletScratch,
-    pub(crate) rk4: Rk4Scratch,
+    /// Of the explicit Runge-Kutta methods.
+    pub(crate) stages: Stages,
     /// The vector instructions of this processor; they reach no bit.
-    pub(crate) arch: pulp::Arch,
+    pub(crate) level: Level,
     pub(crate) pool: Option<rayon::ThreadPool>,
 }
 
@@ -36,17 +39,27 @@ impl Scratch {
         let pool = parallel.then(|| rayon::ThreadPoolBuilder::new().num_threads(threads).build().ok());
         let circle =
             Circle { centre: Vec3::zeros(), u: Vec3::x(), w: Vec3::y(), normal: Vec3::z(), radius: 0.0 };
-        let rk4 = model.integrator() == Integrator::Rk4;
+        let stages = match model.integrator() {
+            Integrator::Verlet => 0,
+            Integrator::Rk4 => rk4::TABLEAU.rows.len(),
+            Integrator::Dopri5 => dopri5::TABLEAU.rows.len(),
+        };
         let verlet = model.integrator() == Integrator::Verlet;
         Scratch {
             evaluation: Evaluation::new(model),
             moment: Moment { circles: vec![circle; count], velocities: vec![Velocity::ZERO; count] },
             evaluation_age_s: 0.0,
             verlet: if verlet { VerletScratch::new(model) } else { VerletScratch::default() },
-            arch: pulp::Arch::new(),
-            rk4: Rk4Scratch::new(if rk4 { count } else { 0 }),
+            level: Level::new(),
+            stages: Stages::new(if stages > 0 { count } else { 0 }, stages),
             pool: pool.flatten(),
         }
+    }
+
+    /// How many times the contact forces have been evaluated with this memory: what a method's cost is
+    /// counted in.
+    pub fn force_evaluations(&self) -> u64 {
+        self.evaluation.count
     }
 
     /// Takes friction's springs over into the state, in pair order.

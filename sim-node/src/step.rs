@@ -1,7 +1,7 @@
 //! One step, and what can stop a run.
 
 use crate::forces::SlipMotion;
-use crate::integrator::{rk4, verlet};
+use crate::integrator::{dopri5, rk4, verlet};
 use crate::model::BodyName;
 use crate::state::Motion;
 use crate::{Model, Scratch, State, wrench::Velocity};
@@ -41,6 +41,19 @@ pub enum Stop {
         /// Links at the start.
         links: u64,
     },
+    /// `dopri5` cannot reach its tolerance with any inner step.
+    #[error(
+        "step {step}: an inner step of {inner_step_s:e} s still has {error:.3e} times the error that is \
+         tolerated; take a larger method.tolerance or method.absolute_tolerance"
+    )]
+    Tolerance {
+        /// The step.
+        step: u64,
+        /// The shortest inner step that was tried (s).
+        inner_step_s: f64,
+        /// Its error over the tolerated one.
+        error: f64,
+    },
     /// More energy is there than can be: the time step is too long for what happens.
     #[error(
         "step {step}: {gained_j:.3e} J of energy came from nowhere, more than {share} of all that the motion \
@@ -62,7 +75,7 @@ pub enum Stop {
 ///
 /// # Errors
 ///
-/// [`Stop::NonFinite`] names step, body and field; nothing is repaired.
+/// [`Stop::NonFinite`] names step, body and field; nothing is repaired. [`Stop::Tolerance`] with `dopri5`.
 ///
 /// # Panics
 ///
@@ -74,6 +87,10 @@ pub fn step(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(
         Integrator::Verlet => verlet::advance(model, state, scratch),
         Integrator::Rk4 => {
             rk4::advance(model, state, scratch);
+            false
+        }
+        Integrator::Dopri5 => {
+            dopri5::advance(model, state, scratch)?;
             false
         }
     };

@@ -120,16 +120,46 @@ fn nearest(value: f64) -> u64 {
 }
 
 /// How the equations of motion are solved.
-#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Method {
     /// The integrator.
     pub integrator: Integrator,
+    /// `dopri5`: error of an inner step relative to the body's size (place, angle) and to its surface's speed
+    /// (velocity), without unit; from 1e-13 to 0.1.
+    #[serde(skip_serializing_if = "Method::is_default_tolerance")]
+    pub tolerance: f64,
+    /// `dopri5`: error of an inner step that is tolerated anyway, in metres of displacement and metres per
+    /// second of the surface.
+    #[serde(skip_serializing_if = "Method::is_default_absolute_tolerance")]
+    pub absolute_tolerance: f64,
     /// The law of contact between centrelines.
     pub contact_law: ContactLaw,
     /// How pairs of bodies that are near each other are found. No bit of a state depends on it.
     #[serde(skip_serializing_if = "BroadPhase::is_auto")]
     pub broad_phase: BroadPhase,
+}
+
+impl Default for Method {
+    fn default() -> Self {
+        Method {
+            integrator: Integrator::default(),
+            tolerance: 1e-6,
+            absolute_tolerance: 1e-9,
+            contact_law: ContactLaw::default(),
+            broad_phase: BroadPhase::default(),
+        }
+    }
+}
+
+impl Method {
+    fn is_default_tolerance(value: &f64) -> bool {
+        *value == Method::default().tolerance
+    }
+
+    fn is_default_absolute_tolerance(value: &f64) -> bool {
+        *value == Method::default().absolute_tolerance
+    }
 }
 
 /// An integrator of the equations of motion.
@@ -142,6 +172,23 @@ pub enum Integrator {
     Verlet,
     /// The classical Runge-Kutta method of fourth order: four force evaluations a step.
     Rk4,
+    /// Dormand and Prince's method of order five with inner steps as long as `tolerance` allows: for a
+    /// target accuracy. `time.time_step_s` is then only how far apart states are.
+    Dopri5,
+}
+
+impl Integrator {
+    /// Every integrator.
+    pub const ALL: [Integrator; 3] = [Integrator::Verlet, Integrator::Rk4, Integrator::Dopri5];
+
+    /// Its name in a scene.
+    pub fn name(self) -> &'static str {
+        match self {
+            Integrator::Verlet => "verlet",
+            Integrator::Rk4 => "rk4",
+            Integrator::Dopri5 => "dopri5",
+        }
+    }
 }
 
 /// A way to find the pairs of bodies that are near each other. All find the same pairs.

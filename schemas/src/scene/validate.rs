@@ -56,6 +56,7 @@ impl Scene {
 
     pub(super) fn validate(&self) -> Result<(), SceneError> {
         self.validate_time()?;
+        self.validate_method()?;
         vector("forces.gravity_m_per_s2", &self.forces.gravity_m_per_s2)?;
         not_negative("forces.linear_drag_kg_per_s", self.forces.linear_drag_kg_per_s)?;
         not_negative("forces.angular_drag_kg_m2_per_s", self.forces.angular_drag_kg_m2_per_s)?;
@@ -103,6 +104,14 @@ impl Scene {
             return Err(refuse_number("time.frames_per_second", self.time.frames_per_second, &expected));
         }
         Ok(())
+    }
+
+    fn validate_method(&self) -> Result<(), SceneError> {
+        let tolerance = self.method.tolerance;
+        if !(1e-13..=0.1).contains(&tolerance) {
+            return Err(refuse_number("method.tolerance", tolerance, "a number from 1e-13 to 0.1"));
+        }
+        positive("method.absolute_tolerance", self.method.absolute_tolerance)
     }
 
     fn validate_weaves(&self) -> Result<(), SceneError> {

@@ -6,13 +6,12 @@
 // Loops over lanes go over several arrays at once, and become vector instructions as they stand.
 #![allow(clippy::needless_range_loop)]
 
-use super::lanes::{Classes, Constants, Decays, LANES, Lane, Lane3, ZERO, get, normal, set, turn};
+use super::lanes::{Chunk, Classes, Constants, Decays, LANES, Lane, Lane3, ZERO, get, normal, set, turn};
 use crate::Model;
 use crate::body::Decay;
 use crate::wrench::{Velocity, Wrench};
 use geometry::{Circle, Vec3};
 use nalgebra::UnitQuaternion;
-use pulp::{Simd, WithSimd};
 use schemas::state::BodyState;
 
 /// What is summed over the bodies of a chunk during the kick.
@@ -39,11 +38,9 @@ pub(super) struct Kicks<'a> {
     pub sums: &'a mut Sums,
 }
 
-impl WithSimd for Kicks<'_> {
-    type Output = ();
-
+impl Chunk for Kicks<'_> {
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn work(self) {
         match (self.model.features.gravity, self.model.features.drag) {
             (false, false) => self.all::<false, false>(),
             (false, true) => self.all::<false, true>(),

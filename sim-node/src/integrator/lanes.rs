@@ -8,7 +8,9 @@
 #![allow(clippy::needless_range_loop)]
 
 use crate::body::{Body, Decay};
+use geometry::lanes::{Level, dispatch};
 use geometry::{Vec3, rotation};
+use rayon::prelude::*;
 use schemas::state::BodyState;
 
 /// Bodies in a block. A body's bits do not depend on it.
@@ -21,6 +23,27 @@ pub(crate) type Lane3 = [Lane; 3];
 
 /// A block without numbers in it.
 pub(crate) const ZERO: Lane = [0.0; LANES];
+
+/// Work on some blocks, alone or on any thread. It is compiled for each level of vector instructions, so all
+/// that it calls in its loops must be `inline(always)`.
+pub(crate) trait Chunk: Send {
+    fn work(self);
+}
+
+/// Does the work of all chunks, on all threads where there are some.
+pub(crate) fn on_threads<C: Chunk>(
+    pool: Option<&rayon::ThreadPool>,
+    level: Level,
+    chunks: impl Iterator<Item = C>,
+) {
+    match pool {
+        Some(pool) => {
+            let chunks: Vec<C> = chunks.collect();
+            pool.install(|| chunks.into_par_iter().for_each(|chunk| dispatch!(level, _ => chunk.work())));
+        }
+        None => chunks.for_each(|chunk| dispatch!(level, _ => chunk.work())),
+    }
+}
 
 #[inline(always)]
 pub(crate) fn get(lanes: &Lane3, lane: usize) -> Vec3 {

@@ -1,5 +1,7 @@
 //! Integrators of the equations of motion, a file each.
 
+pub(crate) mod dopri5;
+pub(crate) mod explicit;
 mod kick;
 mod lanes;
 pub(crate) mod rk4;

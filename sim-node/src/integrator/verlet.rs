@@ -20,15 +20,15 @@
 //! chunk by chunk and then added up in order, so that the number of threads reaches no bit.
 
 use super::kick::{Kicks, Sums};
-use super::lanes::{Bodies, Classes, Constants, LANES, Lane3, ZERO, get, normal, set, turn, whole};
+use super::lanes::{
+    Bodies, Chunk, Classes, Constants, LANES, Lane3, ZERO, get, normal, on_threads, set, turn, whole,
+};
 use crate::forces::{Evaluation, SlipMotion};
 use crate::wrench::Velocity;
 use crate::{Model, Scratch, State};
 use bytemuck::Zeroable;
 use geometry::Circle;
 use nalgebra::{Quaternion, UnitQuaternion};
-use pulp::{Arch, Simd, WithSimd};
-use rayon::prelude::*;
 use schemas::state::BodyState;
 
 /// Blocks in a chunk: what one thread takes at a time, and what sums are made over first.
@@ -75,7 +75,7 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -
 
 /// Free motion from the state to the middle of the step, into the scratch.
 fn drift_to_middle(state: &State, scratch: &mut Scratch) {
-    let Scratch { moment, verlet, pool, arch, .. } = scratch;
+    let Scratch { moment, verlet, pool, level, .. } = scratch;
     let circles = moment.circles.chunks_mut(CHUNK_BODIES);
     let velocities = moment.velocities.chunks_mut(CHUNK_BODIES);
     let orientations = verlet.orientations.chunks_mut(CHUNK_BODIES);
@@ -85,12 +85,12 @@ fn drift_to_middle(state: &State, scratch: &mut Scratch) {
         let first_block = chunk * CHUNK_BLOCKS;
         Drift { first_block, classes, bodies, circles, velocities, orientations }
     });
-    on_threads(pool.as_ref(), *arch, drifts);
+    on_threads(pool.as_ref(), *level, drifts);
 }
 
 /// The kick and the second drift of each body, from the scratch to the state.
 fn kick_and_drift(model: &Model, state: &mut State, scratch: &mut Scratch) {
-    let Scratch { evaluation, moment, verlet, pool, arch, .. } = scratch;
+    let Scratch { evaluation, moment, verlet, pool, level, .. } = scratch;
     let VerletScratch { classes, orientations, sums } = verlet;
     let loses = Evaluation::loses(model);
     let chunks = state.bodies.chunks_mut(CHUNK_BODIES).zip(sums).enumerate();
@@ -109,28 +109,7 @@ fn kick_and_drift(model: &Model, state: &mut State, scratch: &mut Scratch) {
             sums,
         }
     });
-    on_threads(pool.as_ref(), *arch, kicks);
-}
-
-/// Does the work of all chunks, on all threads where there are some.
-fn on_threads<Work: WithSimd + Send>(
-    pool: Option<&rayon::ThreadPool>,
-    arch: Arch,
-    chunks: impl Iterator<Item = Work> + Send,
-) {
-    match pool {
-        Some(pool) => {
-            let chunks: Vec<Work> = chunks.collect();
-            pool.install(|| {
-                chunks.into_par_iter().for_each(|chunk| {
-                    arch.dispatch(chunk);
-                })
-            });
-        }
-        None => chunks.for_each(|chunk| {
-            arch.dispatch(chunk);
-        }),
-    }
+    on_threads(pool.as_ref(), *level, kicks);
 }
 
 /// Free motion of a chunk from the state to the middle of the step, into the scratch.
@@ -143,11 +122,9 @@ struct Drift<'a> {
     orientations: &'a mut [UnitQuaternion<f64>],
 }
 
-impl WithSimd for Drift<'_> {
-    type Output = ();
-
+impl Chunk for Drift<'_> {
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn work(self) {
         let circles = self.circles.chunks_mut(LANES);
         let velocities = self.velocities.chunks_mut(LANES);
         let orientations = self.orientations.chunks_mut(LANES);
@@ -192,6 +169,7 @@ fn drift(constants: &Constants, bodies: &mut Bodies) -> Lane3 {
 #[cfg(test)]
 mod tests {
     use crate::{Model, Scratch, State, step};
+    use geometry::lanes::Level;
     use schemas::scene::Scene;
 
     /// With the processor's vector instructions and without: the same bits, slow and fast spins side by side.
@@ -204,19 +182,19 @@ mod tests {
             "forces.angular_drag_kg_m2_per_s=0.01".to_owned(),
         ];
         let (model, _) = Model::compile(&Scene::parse(text, &near).unwrap()).unwrap();
-        let run = |arch: pulp::Arch| {
+        let run = |level: Level| {
             let mut state = State::initial(&model);
             for (index, body) in state.bodies.iter_mut().enumerate().step_by(5) {
                 body.angular_velocity_rad_per_s[2] = [40.0, 4e3, 4e4][index % 3];
             }
             let mut scratch = Scratch::new(&model, 1);
-            scratch.arch = arch;
+            scratch.level = level;
             for _ in 0..500 {
                 step(&model, &mut state, &mut scratch).unwrap();
             }
             state
         };
         assert!(model.body_count() % super::LANES != 0, "the last block is not full");
-        assert_eq!(run(pulp::Arch::new()), run(pulp::Arch::Scalar));
+        assert_eq!(run(Level::new()), run(Level::baseline()));
     }
 }

@@ -55,20 +55,26 @@ fn busy(rows: u32, columns: u32, integrator: &str) -> String {
 
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
-    let scene = Scene::parse(&busy(34, 34, "verlet"), &[]).unwrap();
+    for (integrator, steps) in [("verlet", 60), ("dopri5", 8)] {
+        same_for_any_number_of_threads(integrator, steps);
+    }
+}
+
+fn same_for_any_number_of_threads(integrator: &str, steps: u64) {
+    let scene = Scene::parse(&busy(34, 34, integrator), &[]).unwrap();
     let (model, _) = Model::compile(&scene).unwrap();
     let run = |threads: usize| {
         let mut state = State::initial(&model);
         let mut scratch = Scratch::new(&model, threads);
         let mut records = Records::after(Hash::default());
-        for _ in 0..60 {
+        for _ in 0..steps {
             step(&model, &mut state, &mut scratch).unwrap();
             records.record(&model, &state, &scratch);
         }
         (bits(&state), records.chained_hash(), state.contacts.len())
     };
     let one = run(1);
-    assert!(one.2 > 0, "there are contacts with friction");
+    assert!(one.2 > 0 || integrator != "verlet", "there are contacts with friction");
     for threads in [1, 2, 3, 8] {
         assert_eq!(run(threads), one, "{threads} threads");
     }
@@ -76,10 +82,10 @@ fn any_number_of_threads_gives_the_same_bits() {
 
 #[test]
 fn neighbour_lists_and_memory_do_not_matter() {
-    for integrator in ["verlet", "rk4"] {
+    for (integrator, steps) in [("verlet", 400), ("rk4", 400), ("dopri5", 60)] {
         let mut run = Run::new(&busy(4, 3, integrator));
         let mut fresh = run.state.clone();
-        for _ in 0..400 {
+        for _ in 0..steps {
             run.step();
             let mut scratch = Scratch::new(&run.model, 1);
             step(&run.model, &mut fresh, &mut scratch).unwrap();
@@ -90,7 +96,9 @@ fn neighbour_lists_and_memory_do_not_matter() {
 
 #[test]
 fn a_run_goes_on_from_any_message() {
-    for (integrator, pause) in [("verlet", 1), ("verlet", 137), ("verlet", 402), ("rk4", 211)] {
+    for (integrator, pause) in
+        [("verlet", 1), ("verlet", 137), ("verlet", 402), ("rk4", 211), ("dopri5", 137)]
+    {
         let mut run = Run::new(&busy(4, 3, integrator));
         run.steps(pause);
         let mut message = Vec::new();
@@ -103,7 +111,7 @@ fn a_run_goes_on_from_any_message() {
             step(&run.model, &mut resumed, &mut scratch).unwrap();
         }
         assert_eq!(resumed.step, pause + 300);
-        assert!(!resumed.contacts.is_empty() || integrator == "rk4" || pause < 10, "friction was at work");
+        assert!(!resumed.contacts.is_empty() || integrator != "verlet" || pause < 10, "friction was at work");
         assert_eq!(bits(&run.state), bits(&resumed), "{integrator}, paused at {pause}");
     }
 }

@@ -6,6 +6,7 @@ mod bounce;
 mod broad;
 mod conservation;
 mod determinism;
+mod dopri5;
 mod fall;
 mod friction;
 mod golden;

@@ -175,7 +175,7 @@ fn pinned_rings_stay_where_they_are() {
 
 #[test]
 fn a_number_that_is_not_finite_stops_the_run_by_name() {
-    for integrator in ["verlet", "rk4"] {
+    for integrator in ["verlet", "rk4", "dopri5"] {
         let text = include_str!("../../../scenes/two-rings.toml");
         let mut run = Run::with(text, &[format!("method.integrator={integrator}")]);
         run.steps(10);
