@@ -26,6 +26,10 @@ pub struct Summary {
     pub rings: usize,
     /// Spheres in the scene.
     pub spheres: usize,
+    /// Capsules in the scene.
+    pub capsules: usize,
+    /// Boxes in the scene.
+    pub boxes: usize,
     /// Steps done (step 0 is not one).
     pub steps: u64,
     /// Steps that the scene asks for.
@@ -106,6 +110,8 @@ impl Summary {
             seed: scene.seed,
             rings: scene.rings.len(),
             spheres: scene.spheres.len(),
+            capsules: scene.capsules.len(),
+            boxes: scene.boxes.len(),
             steps: counts.step_records.saturating_sub(1),
             steps_planned: scene.time.step_count(),
             sim_time_s: sums.sim_time_s,
@@ -220,10 +226,18 @@ impl fmt::Display for Summary {
         line("log", format!("{} ({})", self.file, bytes_text(self.file_bytes)))?;
         line("written by", format!("{} {}, seed {}", self.program, self.version, self.seed))?;
         let plural =
-            |count: usize, name: &str| format!("{count} {name}{}", if count == 1 { "" } else { "s" });
-        let spheres =
-            if self.spheres > 0 { format!(", {}", plural(self.spheres, "sphere")) } else { String::new() };
-        line("bodies", format!("{}{spheres}", plural(self.rings, "ring")))?;
+            |count: usize, one: &str, many: &str| format!("{count} {}", if count == 1 { one } else { many });
+        let mut bodies = plural(self.rings, "ring", "rings");
+        for (count, one, many) in [
+            (self.spheres, "sphere", "spheres"),
+            (self.capsules, "capsule", "capsules"),
+            (self.boxes, "box", "boxes"),
+        ] {
+            if count > 0 {
+                bodies += &format!(", {}", plural(count, one, many));
+            }
+        }
+        line("bodies", bodies)?;
         let planned = if self.steps == self.steps_planned {
             String::new()
         } else {

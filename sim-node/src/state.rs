@@ -109,3 +109,12 @@ impl Motion {
         body.angular_velocity_rad_per_s = (self.angular + zero).into();
     }
 }
+
+/// The same rotation with its quaternion's length brought back to 1: one Newton step towards
+/// `1 / sqrt(n)`, exact to rounding for a length that is off by rounding.
+#[inline]
+pub(crate) fn renormalised(q: UnitQuaternion<f64>) -> UnitQuaternion<f64> {
+    let q = q.into_inner();
+    let scale = 1.5 - 0.5 * q.norm_squared();
+    UnitQuaternion::new_unchecked(q * scale)
+}

@@ -39,6 +39,7 @@ impl Scene {
             zero(&mut plane.normal);
             plane.offset_m += 0.0;
         }
+        self.canonicalise_solids();
     }
 
     /// Makes unit quaternions and unit normals exact to rounding; they were checked to be near.
@@ -52,6 +53,7 @@ impl Scene {
         };
         self.rings.iter_mut().for_each(|ring| unit(&mut ring.orientation));
         self.planes.iter_mut().for_each(|plane| unit(&mut plane.normal));
+        self.solid_orientations().for_each(unit);
     }
 
     pub(super) fn validate(&self) -> Result<(), SceneError> {
@@ -73,6 +75,7 @@ impl Scene {
         self.validate_weaves()?;
         self.validate_rings()?;
         self.validate_spheres_and_planes()?;
+        self.validate_solids()?;
         if self.record.state_every == 0 {
             return Err(refuse("record.state_every", 0, "1 or more steps"));
         }
@@ -171,7 +174,7 @@ impl Scene {
         Ok(())
     }
 
-    fn material_exists(&self, key: &str, name: &str) -> Result<(), SceneError> {
+    pub(super) fn material_exists(&self, key: &str, name: &str) -> Result<(), SceneError> {
         if self.materials.contains_key(name) {
             return Ok(());
         }
@@ -266,14 +269,14 @@ fn radii(key: &dyn Fn(&str) -> String, major_m: f64, minor_m: f64) -> Result<(),
     Ok(())
 }
 
-fn positive(key: &str, value: f64) -> Result<(), SceneError> {
+pub(super) fn positive(key: &str, value: f64) -> Result<(), SceneError> {
     if value.is_normal() && value > 0.0 && value <= LENGTH_MAX_M * LENGTH_MAX_M {
         return Ok(());
     }
     Err(refuse_number(key, value, &format!("a positive number{}", limits(value))))
 }
 
-fn not_negative(key: &str, value: f64) -> Result<(), SceneError> {
+pub(super) fn not_negative(key: &str, value: f64) -> Result<(), SceneError> {
     if value == 0.0 || positive(key, value).is_ok() {
         return Ok(());
     }
@@ -285,14 +288,14 @@ fn limits(value: f64) -> &'static str {
     if value > 0.0 { " from 2.3e-308 to 1e24" } else { "" }
 }
 
-fn vector(key: &str, values: &[f64]) -> Result<(), SceneError> {
+pub(super) fn vector(key: &str, values: &[f64]) -> Result<(), SceneError> {
     if values.iter().all(|value| value.abs() <= LENGTH_MAX_M) {
         return Ok(());
     }
     Err(refuse(key, format!("{values:?}"), "finite numbers of at most 1e12"))
 }
 
-fn unit(key: &str, values: &[f64]) -> Result<(), SceneError> {
+pub(super) fn unit(key: &str, values: &[f64]) -> Result<(), SceneError> {
     let length = norm(values);
     if (length - 1.0).abs() <= 1e-6 {
         return Ok(());
@@ -324,7 +327,7 @@ fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
 }
 
 /// A number as one would write it: `{:?}` turns to powers of ten where `{}` would print hundreds of digits.
-fn refuse_number(key: &str, value: f64, expected: &str) -> SceneError {
+pub(super) fn refuse_number(key: &str, value: f64, expected: &str) -> SceneError {
     refuse(key, format!("{value:?}"), expected)
 }
 

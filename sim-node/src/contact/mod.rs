@@ -29,6 +29,7 @@
 
 pub(crate) mod friction;
 pub(crate) mod material;
+pub(crate) mod shapes;
 
 use crate::model::HalfSpace;
 use crate::wrench::{Velocity, Wrench};
@@ -90,6 +91,7 @@ impl PairForce {
 }
 
 /// A pair's two bodies as the law sees them.
+#[derive(Clone, Copy)]
 pub(crate) struct Pair<'a> {
     /// Their numbers in the model.
     pub numbers: (u32, u32),
@@ -181,6 +183,20 @@ impl Patch {
             let surface = pair.a_minor_radius - 0.5 * node.penetration;
             self.centre += (node.lever - node.normal * surface) * elastic;
         }
+    }
+
+    /// Adds what another patch, made as the other body sees it, does to this one; `from_this` is that body's
+    /// centre less this one's.
+    fn add_reaction(&mut self, other: &Patch, from_this: &Vec3) {
+        self.wrench.add(&other.wrench.reaction(from_this));
+        self.lost.add(&other.lost.reaction(from_this));
+        self.energy += other.energy;
+        self.normal_force += other.normal_force;
+        if other.penetration > self.penetration {
+            self.penetration = other.penetration;
+        }
+        self.weight += other.weight;
+        self.centre += other.centre + from_this * other.weight;
     }
 
     /// The middle's direction; none where the arc is symmetric about the centre.

@@ -19,6 +19,7 @@
 //! that any thread may take, and into blocks of bodies side by side (see `lanes`). Sums over bodies are made
 //! chunk by chunk and then added up in order, so that the number of threads reaches no bit.
 
+use super::asymmetric;
 use super::kick::{Kicks, Sums};
 use super::lanes::{
     Bodies, Chunk, Classes, Constants, LANES, Lane3, ZERO, get, normal, on_threads, set, turn, whole,
@@ -40,26 +41,27 @@ const CHUNK_BODIES: usize = CHUNK_BLOCKS * LANES;
 pub(crate) struct VerletScratch {
     classes: Classes,
     /// Orientations in the middle of the step.
-    orientations: Vec<UnitQuaternion<f64>>,
+    pub(super) orientations: Vec<UnitQuaternion<f64>>,
     sums: Vec<Sums>,
 }
 
 impl VerletScratch {
     pub(crate) fn new(model: &Model) -> VerletScratch {
-        let bodies = model.bodies();
+        let tops = &model.bodies()[..model.top_count()];
         VerletScratch {
-            classes: Classes::new(bodies, 0.5 * model.time().time_step_s),
-            orientations: vec![UnitQuaternion::identity(); bodies.len()],
-            sums: vec![Sums::default(); bodies.len().div_ceil(CHUNK_BODIES)],
+            classes: Classes::new(tops, 0.5 * model.time().time_step_s),
+            orientations: vec![UnitQuaternion::identity(); model.body_count()],
+            sums: vec![Sums::default(); tops.len().div_ceil(CHUNK_BODIES)],
         }
     }
 }
 
-/// Advances all bodies and contacts by one step; step number and time are the caller's. False if some number
-/// of the state is not finite.
+/// Advances all bodies and contacts by one step; step number and time are the caller's. True if all numbers
+/// of the state were seen to be finite.
 pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -> bool {
     let time_step = model.time().time_step_s;
-    drift_to_middle(state, scratch);
+    drift_to_middle(model, state, scratch);
+    asymmetric::drift_to_middle(model, state, scratch, 0.5 * time_step);
     let velocities = scratch.moment.velocities.as_slice();
     // The velocity before the kick is the velocity between the last evaluation and this one.
     let slip = SlipMotion { since: (velocities, time_step), kept: (velocities, time_step) };
@@ -70,17 +72,20 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -
     kick_and_drift(model, state, scratch);
     let sums = &scratch.verlet.sums;
     state.dissipated_energy_j += sums.iter().map(|sums| sums.lost).sum::<f64>();
-    !sums.iter().any(|sums| sums.broken)
+    let loses = Evaluation::loses(model);
+    state.dissipated_energy_j += asymmetric::kick_and_drift(model, state, scratch, loses);
+    model.top_count() == model.body_count() && !scratch.verlet.sums.iter().any(|sums| sums.broken)
 }
 
-/// Free motion from the state to the middle of the step, into the scratch.
-fn drift_to_middle(state: &State, scratch: &mut Scratch) {
+/// Free motion of the tops from the state to the middle of the step, into the scratch.
+fn drift_to_middle(model: &Model, state: &State, scratch: &mut Scratch) {
     let Scratch { moment, verlet, pool, level, .. } = scratch;
     let circles = moment.circles.chunks_mut(CHUNK_BODIES);
     let velocities = moment.velocities.chunks_mut(CHUNK_BODIES);
     let orientations = verlet.orientations.chunks_mut(CHUNK_BODIES);
     let classes = &verlet.classes;
-    let chunks = state.bodies.chunks(CHUNK_BODIES).zip(circles).zip(velocities).zip(orientations);
+    let tops = &state.bodies[..model.top_count()];
+    let chunks = tops.chunks(CHUNK_BODIES).zip(circles).zip(velocities).zip(orientations);
     let drifts = chunks.enumerate().map(|(chunk, (((bodies, circles), velocities), orientations))| {
         let first_block = chunk * CHUNK_BLOCKS;
         Drift { first_block, classes, bodies, circles, velocities, orientations }
@@ -88,12 +93,13 @@ fn drift_to_middle(state: &State, scratch: &mut Scratch) {
     on_threads(pool.as_ref(), *level, drifts);
 }
 
-/// The kick and the second drift of each body, from the scratch to the state.
+/// The kick and the second drift of the tops, from the scratch to the state.
 fn kick_and_drift(model: &Model, state: &mut State, scratch: &mut Scratch) {
     let Scratch { evaluation, moment, verlet, pool, level, .. } = scratch;
     let VerletScratch { classes, orientations, sums } = verlet;
     let loses = Evaluation::loses(model);
-    let chunks = state.bodies.chunks_mut(CHUNK_BODIES).zip(sums).enumerate();
+    let tops = &mut state.bodies[..model.top_count()];
+    let chunks = tops.chunks_mut(CHUNK_BODIES).zip(sums).enumerate();
     let kicks = chunks.map(|(chunk, (bodies, sums))| {
         let own = chunk * CHUNK_BODIES..chunk * CHUNK_BODIES + bodies.len();
         Kicks {

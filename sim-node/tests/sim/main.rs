@@ -13,5 +13,6 @@ mod golden;
 mod node;
 mod refusals;
 mod sheet;
+mod solids;
 mod support;
 mod top;
