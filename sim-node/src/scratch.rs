@@ -19,13 +19,15 @@ const PARALLEL_BODIES: usize = 1000;
 pub struct Scratch {
     pub(crate) evaluation: Evaluation,
     pub(crate) moment: Moment,
+    /// Work of prescribed motions in the last step (J).
+    pub(crate) drive_work_j: f64,
     /// Time from the last force evaluation to the state (s).
     pub(crate) evaluation_age_s: f64,
     pub(crate) verlet: VerletScratch,
-    /// Of the explicit Runge-Kutta methods.
-    pub(crate) stages: Stages,
     /// The vector instructions of this processor; they reach no bit.
     pub(crate) level: Level,
+    /// Of the explicit Runge-Kutta methods.
+    pub(crate) stages: Stages,
     pub(crate) pool: Option<rayon::ThreadPool>,
 }
 
@@ -48,6 +50,7 @@ impl Scratch {
         Scratch {
             evaluation: Evaluation::new(model),
             moment: Moment { circles: vec![circle; count], velocities: vec![Velocity::ZERO; count] },
+            drive_work_j: 0.0,
             evaluation_age_s: 0.0,
             verlet: if verlet { VerletScratch::new(model) } else { VerletScratch::default() },
             level: Level::new(),
@@ -65,11 +68,15 @@ impl Scratch {
     /// Takes friction's springs over into the state, in pair order.
     pub(crate) fn keep_springs(&self, contacts: &mut Vec<ContactState>) {
         contacts.clear();
-        for (body_a, body_b, contact) in self.evaluation.contacts() {
+        // The kernel's contacts have no springs.
+        let with_springs = self.evaluation.pair_forces();
+        for (pair, contact) in
+            with_springs.flat_map(|pair| pair.contacts().map(move |contact| (pair, contact)))
+        {
             if let Some(spring) = contact.spring {
                 contacts.push(ContactState {
-                    body_a,
-                    body_b,
+                    body_a: pair.a,
+                    body_b: pair.b,
                     arc: contact.arc,
                     reserved: 0,
                     mid_cos: contact.mid_cos,

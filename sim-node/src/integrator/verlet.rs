@@ -26,7 +26,7 @@ use super::lanes::{
 };
 use crate::forces::{Evaluation, SlipMotion};
 use crate::wrench::Velocity;
-use crate::{Model, Scratch, State};
+use crate::{Model, Scratch, State, motion};
 use bytemuck::Zeroable;
 use geometry::Circle;
 use nalgebra::{Quaternion, UnitQuaternion};
@@ -62,6 +62,7 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -
     let time_step = model.time().time_step_s;
     drift_to_middle(model, state, scratch);
     asymmetric::drift_to_middle(model, state, scratch, 0.5 * time_step);
+    motion::place(model, state.sim_time_s + 0.5 * time_step, &mut scratch.moment);
     let velocities = scratch.moment.velocities.as_slice();
     // The velocity before the kick is the velocity between the last evaluation and this one.
     let slip = SlipMotion { since: (velocities, time_step), kept: (velocities, time_step) };
@@ -69,6 +70,9 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -
     scratch.evaluation.evaluate(model, &scratch.moment, &state.contacts, slip, pool);
     scratch.evaluation_age_s = 0.5 * time_step;
     scratch.keep_springs(&mut state.contacts);
+    let (drive, lost) = motion::power(model, &scratch.moment, &scratch.evaluation);
+    scratch.drive_work_j = drive * time_step;
+    state.dissipated_energy_j += lost * time_step;
     kick_and_drift(model, state, scratch);
     let sums = &scratch.verlet.sums;
     state.dissipated_energy_j += sums.iter().map(|sums| sums.lost).sum::<f64>();
