@@ -15,6 +15,7 @@ mod material;
 mod motion;
 mod node;
 mod refusals;
+mod scenes;
 mod sheet;
 mod solids;
 mod support;
