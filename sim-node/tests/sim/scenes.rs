@@ -30,7 +30,12 @@ fn every_scene_starts_well() {
             records.check_energy(&record).unwrap_or_else(|stop| panic!("{name}: {stop}"));
         }
         let found = audit(&run.model, &run.state);
-        println!("{name}: {} bodies, {steps} steps, {} links of {}", run.model.body_count(), found.links_intact, found.links);
+        println!(
+            "{name}: {} bodies, {steps} steps, {} links of {}",
+            run.model.body_count(),
+            found.links_intact,
+            found.links
+        );
         check_audit(&run.model, &run.state, &found).unwrap_or_else(|stop| panic!("{name}: {stop}"));
     }
 }
