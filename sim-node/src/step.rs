@@ -4,7 +4,7 @@ use crate::forces::SlipMotion;
 use crate::integrator::{dopri5, rk4, verlet};
 use crate::model::BodyName;
 use crate::state::Motion;
-use crate::{Model, Scratch, State, motion, wrench::Velocity};
+use crate::{Model, Scratch, State, drag, motion, wrench::Velocity};
 use geometry::Circle;
 use schemas::scene::Integrator;
 use schemas::state::BodyState;
@@ -85,7 +85,7 @@ pub fn step(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(
     assert_eq!(scratch.moment.circles.len(), model.body_count(), "bodies of the scratch and of the model");
     scratch.drive_work_j = 0.0;
     let finite = match model.integrator() {
-        Integrator::Verlet => verlet::advance(model, state, scratch),
+        Integrator::Verlet => advance_verlet(model, state, scratch),
         Integrator::Rk4 => {
             rk4::advance(model, state, scratch);
             false
@@ -100,6 +100,20 @@ pub fn step(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(
     state.dissipated_energy_j += 0.0;
     motion::store(model, state.sim_time_s, &mut state.bodies);
     if finite { Ok(()) } else { check_finite(model, state) }
+}
+
+/// A step of `verlet`, between two half steps of quadratic drag where there is any. Returns whether all
+/// numbers are finite.
+fn advance_verlet(model: &Model, state: &mut State, scratch: &mut Scratch) -> bool {
+    let half = 0.5 * model.time().time_step_s;
+    if model.features.quadratic_drag {
+        state.dissipated_energy_j += drag::slow(model, state, half);
+    }
+    let finite = verlet::advance(model, state, scratch);
+    if model.features.quadratic_drag {
+        state.dissipated_energy_j += drag::slow(model, state, half);
+    }
+    finite
 }
 
 /// Evaluates the contact forces at a state without moving it, so that the state can be recorded: needed for

@@ -35,7 +35,7 @@ fn scaled(scene: &Scene, root: f64) -> Scene {
     scene.forces.linear_drag_kg_per_s /= root;
     scene.forces.angular_drag_kg_m2_per_s *= s * root;
     for material in scene.materials.values_mut() {
-        material.line_stiffness_n_per_m2 /= s * s;
+        material.line_stiffness_n_per_m2 = material.line_stiffness_n_per_m2.map(|k| k / (s * s));
         material.point_stiffness_n_per_m /= s;
         material.friction_stiffness_n_per_m /= s;
         material.damping_s_per_m /= root;
