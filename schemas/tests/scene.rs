@@ -49,6 +49,140 @@ fn weaves_are_laid_out_before_explicit_rings() {
 }
 
 #[test]
+fn materials_are_resolved_to_constants() {
+    let steel = |overrides: &[&str]| parse(overrides).materials["steel"].clone();
+    assert_eq!(steel(&[]).line_stiffness_n_per_m2, Some(1e4));
+    let hertz = steel(&["material.steel.contact_modulus_pa=1.1e11"]);
+    assert_eq!((hertz.line_stiffness_n_per_m2, hertz.line_stiffness()), (None, 5.5e10));
+    let bouncy = steel(&["material.steel.restitution=0.5", "material.steel.restitution_speed_m_per_s=3.0"]);
+    let at_one = steel(&["material.steel.restitution=0.5"]);
+    assert_eq!((bouncy.restitution, bouncy.restitution_speed_m_per_s), (None, None));
+    assert!((at_one.damping_s_per_m / bouncy.damping_s_per_m - 3.0).abs() < 1e-15);
+    // z v of e = 0.5: the root of a - ln(1 + a) = -a/2 - ln(1 - a/2).
+    assert!((at_one.damping_s_per_m - 1.43275).abs() < 1e-5, "{}", at_one.damping_s_per_m);
+    // Two rings of 0.01 kg: k l = 1e4 l, effective mass 0.005 kg, with the arc of the crossing.
+    let arc = 2.0 * f64::sqrt(2.0 * 0.05 * 0.12 / (1.0 / 0.12 - 1.0 / 0.4));
+    let damped = steel(&["material.steel.damping_ratio=0.5"]);
+    let expected = f64::sqrt(1e4 * arc * 0.005) / arc;
+    assert!((damped.line_damping_n_s_per_m2 / expected - 1.0).abs() < 1e-14);
+    assert_eq!(damped.damping_ratio, None);
+    // Resolving again changes nothing: no key is left that stands against another.
+    let scene = parse(&["material.steel.restitution=0.5"]);
+    assert_eq!(scene.with_render(&[]).expect("it was right before").materials, scene.materials);
+
+    let both = "not both";
+    for (overrides, parts) in [
+        (&["contact_modulus_pa=1e9", "line_stiffness_n_per_m2=1e4"][..], &["contact_modulus_pa", both][..]),
+        (&["contact_modulus_pa=0.0"], &["contact_modulus_pa", "positive"]),
+        (&["contact_modulus_pa=nan"], &["contact_modulus_pa", "positive"]),
+        (&["line_stiffness_n_per_m2=-1.0"], &["line_stiffness_n_per_m2", "positive"]),
+        (&["restitution=0.5", "damping_s_per_m=0.1"], &["restitution", "damping_s_per_m", both]),
+        (&["restitution=0.5", "damping_ratio=0.1"], &["restitution", "damping_ratio", both]),
+        (&["damping_ratio=0.5", "line_damping_n_s_per_m2=0.1"], &["damping_ratio", "line_damping", both]),
+        (&["damping_ratio=0.5", "contact_modulus_pa=1e9"], &["damping_ratio", "take restitution"]),
+        (&["damping_ratio=-0.5"], &["damping_ratio", "0 or a positive"]),
+        (&["damping_ratio=inf"], &["damping_ratio", "0 or a positive"]),
+        (&["restitution=0.0"], &["restitution = 0.0", "more than 0.001"]),
+        (&["restitution=1.5"], &["restitution = 1.5", "at most 1"]),
+        (&["restitution=nan"], &["restitution", "at most 1"]),
+        (&["restitution_speed_m_per_s=1.0"], &["restitution_speed_m_per_s", "without restitution"]),
+        (&["restitution=0.5", "restitution_speed_m_per_s=0.0"], &["restitution_speed_m_per_s", "positive"]),
+    ] {
+        let overrides: Vec<_> = overrides.iter().map(|text| format!("material.steel.{text}")).collect();
+        let message = error(SMALL, &overrides.iter().map(String::as_str).collect::<Vec<_>>());
+        assert!(parts.iter().all(|part| message.contains(part)), "{overrides:?} says {message:?}");
+    }
+}
+
+#[test]
+fn drag_is_checked_wherever_it_stands() {
+    for (over, part) in [
+        ("forces.quadratic_drag_kg_per_m=-1.0", "forces.quadratic_drag_kg_per_m"),
+        ("forces.quadratic_drag_kg_per_m=nan", "forces.quadratic_drag_kg_per_m"),
+        ("ring.0.drag={ linear_kg_per_s = inf }", "ring[0].drag.linear_kg_per_s"),
+        ("ring.0.drag={ quadratic_kg_per_m = -1.0 }", "ring[0].drag.quadratic_kg_per_m"),
+        ("weave.0.drag={ angular_kg_m2_per_s = nan }", "weave[0].drag.angular_kg_m2_per_s"),
+    ] {
+        let message = error(SMALL, &[over]);
+        assert!(message.contains(part) && message.contains("0 or a positive"), "{over} says {message:?}");
+    }
+    let scene = parse(&["weave.0.drag={ linear_kg_per_s = 2.0 }"]);
+    assert_eq!(scene.rings[0].drag.map(|drag| drag.linear_kg_per_s), Some(2.0));
+    assert_eq!(scene.rings[6].drag, None);
+}
+
+#[test]
+fn motions_are_named_by_rings_and_grips() {
+    let motion = [
+        "motion.pull.keyframe=[{ time_s = 1.0, translation_m = [0.0, 1.0, -0.0] }]",
+        "motion.pull.axis=[0.0, 0.0, 1.0000001]",
+        "weave.0.grip=[{ motion = \"pull\", rows = [2] }]",
+        "ring.0.motion=\"pull\"",
+    ];
+    let scene = parse(&motion);
+    let motions: Vec<_> = scene.rings.iter().map(|ring| ring.motion.is_some()).collect();
+    assert_eq!(motions, [false, false, false, false, true, true, true]);
+    assert_eq!(scene.motions["pull"].axis, [0.0, 0.0, 1.0]);
+    assert!(scene.motions["pull"].keyframes[0].translation_m[2].is_sign_positive());
+    let refused = |more: &str, parts: &[&str]| {
+        let mut overrides = motion.to_vec();
+        overrides.push(more);
+        let message = error(SMALL, &overrides);
+        assert!(
+            parts.iter().all(|part| message.contains(part)),
+            "{more} says {message:?}, without {parts:?}"
+        );
+    };
+    refused("ring.0.motion=\"pul\"", &["ring[0].motion", "no such motion", "did you mean \"pull\"?"]);
+    refused("ring.0.pinned=true", &["ring[0].motion", "pinned"]);
+    refused("weave.0.pins=[[2, 1]]", &["weave[0].grip", "ring [2, 1] held more than once"]);
+    refused("weave.0.grip.0.rows=[3]", &["weave[0].grip[0].rows = 3", "below 3"]);
+    refused("weave.0.grip.0.columns=[2]", &["weave[0].grip[0].columns = 2", "below 2"]);
+    refused("weave.0.grip.0.rings=[[0, 2]]", &["weave[0].grip[0].rings", "below [3, 2]"]);
+    refused("weave.0.grip.0.motion=\"x\"", &["weave[0].grip[0].motion", "no such motion"]);
+    refused("motion.pull.axis=[0.0, 0.0, 0.0]", &["motion.pull.axis", "length 1"]);
+    refused("motion.pull.pivot_m=[nan, 0.0, 0.0]", &["motion.pull.pivot_m", "finite"]);
+    for time in ["0.0", "-1.0", "nan", "inf"] {
+        let more = format!("motion.pull.keyframe.0.time_s={time}");
+        refused(&more, &["motion.pull.keyframe[0].time_s", "positive"]);
+    }
+    refused(
+        "motion.pull.keyframe=[{ time_s = 1.0 }, { time_s = 1.0 }]",
+        &["motion.pull.keyframe[1].time_s = 1.0", "more than 1.0"],
+    );
+    refused("motion.pull.keyframe.0.angle_rad=inf", &["keyframe[0].angle_rad", "finite"]);
+    refused("motion.pull.keyframe.0.translation_m=[0.0, inf, 0.0]", &["translation_m", "finite"]);
+    refused("motion.pull.shake={ frequency_hz = 0.0 }", &["motion.pull.shake.frequency_hz", "positive"]);
+    refused("motion.pull.shake={ frequency_hz = 1.0, ramp_s = -1.0 }", &["shake.ramp_s", "0 or a positive"]);
+    refused("motion.pull.shake={ frequency_hz = 1.0, start_s = nan }", &["shake.start_s"]);
+    refused("motion.pull.shake={ frequency_hz = 1.0, angle_rad = nan }", &["shake.angle_rad"]);
+}
+
+#[test]
+fn rings_are_left_out_by_seed() {
+    let count = |overrides: &[&str]| parse(overrides).rings.len();
+    assert_eq!(count(&["weave.0.rows=30", "weave.0.columns=10", "weave.0.remove_share=0.1"]), 271);
+    let left = |seed: u64| {
+        let overrides = ["weave.0.rows=30".to_owned(), "weave.0.remove_share=0.25".to_owned()];
+        let scene = Scene::parse_seeded(SMALL, &overrides, Some(seed)).expect("the small scene is right");
+        assert_eq!(scene.seed, seed);
+        // The two pins are never taken.
+        assert!(scene.rings[0].pinned && scene.rings[1].pinned);
+        scene.rings
+    };
+    assert_eq!(left(1), left(1));
+    assert_ne!(left(1), left(2));
+    assert_eq!(left(1).len(), 46);
+}
+
+#[test]
+fn whole_rows_are_pinned() {
+    let scene = parse(&["weave.0.pin_rows=[2]"]);
+    let pinned: Vec<_> = scene.rings.iter().map(|ring| ring.pinned).collect();
+    assert_eq!(pinned, [true, true, false, false, true, true, false]);
+}
+
+#[test]
 fn resolved_scene_survives_json_bit_for_bit() {
     let scene = parse(&["weave.0.rotation_rad=[0.1, 0.2, 0.3]", "time.time_step_s=0.00041666666666666664"]);
     let text = serde_json::to_string(&scene).expect("a scene is JSON");
@@ -109,6 +243,41 @@ fn refusals_name_key_value_and_expectation() {
         (&["ring.0.position_m=[1e13,0.0,0.0]"], &["ring[0].position_m", "1e12"]),
         (&["ring.0.material=\"stel\""], &["ring[0].material", "stel", "did you mean \"steel\"?"]),
         (&["weave.0.pins=[[3,0]]"], &["weave[0].pins", "[3, 0]", "below [3, 2]"]),
+        (&["weave.0.pin_rows=[3]"], &["weave[0].pin_rows = 3", "below 3"]),
+        (&["weave.0.remove_share=1.0"], &["weave[0].remove_share = 1.0", "less than 1"]),
+        (&["weave.0.remove_share=-0.1"], &["weave[0].remove_share", "0 or more"]),
+        (&["weave.0.remove_share=nan"], &["weave[0].remove_share", "0 or more"]),
+        (
+            &["weave.0.minor_radius_m=0.1"],
+            &["weave[0].minor_radius_m = 0.1:", "less than 0.1", "0.25 major radii"],
+        ),
+        (
+            &["weave.0.pattern=european-6-in-1", "weave.0.minor_radius_m=0.08"],
+            &["weave[0].minor_radius_m", "0.185 major radii", "european-6-in-1"],
+        ),
+        (&["weave.0.pattern=chain", "weave.0.minor_radius_m=0.126"], &["less than 0.125", "0.3125"]),
+        (
+            &["weave.0.pattern=japanese-12-in-2", "weave.0.minor_radius_m=0.07"],
+            &[
+                "weave[0].minor_radius_m = 0.07",
+                "at most 0.0639",
+                "0.1598 major radii",
+                "connector_minor_radius_m",
+            ],
+        ),
+        (
+            &["weave.0.pattern=japanese-12-in-2", "weave.0.connector_minor_radius_m=0.1"],
+            &["weave[0].connector_minor_radius_m = 0.1", "at most 0.064"],
+        ),
+        (
+            &["weave.0.pattern=japanese-8-in-2", "weave.0.connector_major_radius_m=0.1"],
+            &["weave[0].connector_major_radius_m = 0.1", "from 0.1938", " to 0.3151"],
+        ),
+        (
+            &["weave.0.pattern=japanese-8-in-2", "weave.0.connector_mass_kg=nan"],
+            &["weave[0].connector_mass_kg", "positive"],
+        ),
+        (&["weave.0.connector_mass_kg=1.0"], &["weave[0].connector_mass_kg", "has no connectors"]),
         (&["weave.0.rows=4294967295", "weave.0.columns=4294967295"], &["weave[0].rows", "at most"]),
         (
             &["material.steel.friction_coefficient=-1"],
@@ -121,6 +290,18 @@ fn refusals_name_key_value_and_expectation() {
         (&["time.duration_s"], &["key.path=value"]),
         (&["ring.5.mass_kg=1"], &["there is no '5'"]),
         (&["record.state_every=0"], &["record.state_every", "1 or more"]),
+        (&["method.surface.samples=0"], &["method.surface.samples = 0:", "from 1 to 16777216"]),
+        (&["method.surface.samples=16777217"], &["method.surface.samples = 16777217:", "from 1 to 16777216"]),
+        (&["method.surface.sampler=\"sobel\""], &["sobel", "did you mean \"sobol\"?"]),
+        (&["method.contact_law=\"surface\""], &["unknown variant `surface`"]),
+        (
+            &["material.steel.surface_stiffness_n_per_m3=0"],
+            &["material.steel.surface_stiffness_n_per_m3 = 0.0:", "a positive number"],
+        ),
+        (
+            &["material.steel.surface_damping_n_s_per_m3=-1"],
+            &["material.steel.surface_damping_n_s_per_m3 = -1.0:", "0 or a positive"],
+        ),
     ] {
         let message = error(SMALL, overrides);
         for part in parts {
@@ -137,6 +318,10 @@ fn every_number_refuses_nan_and_infinity() {
     numbers(&value, String::new(), &mut paths);
     assert!(paths.len() > 80, "{} numbers were found", paths.len());
     let text = toml::to_string(&scene).expect("a scene is TOML");
+    // Not written where they have their defaults.
+    for field in ["surface_stiffness_n_per_m3", "surface_damping_n_s_per_m3"] {
+        paths.push(format!("material.steel.{field}"));
+    }
     for path in &paths {
         for bad in ["nan", "inf", "-inf"] {
             let overrides = [format!("{path}={bad}")];
@@ -162,6 +347,27 @@ fn numbers(value: &toml::Value, path: String, paths: &mut Vec<String>) {
         }
         _ => {}
     }
+}
+
+/// A scene without the law `surface-integral` is written as it was before there was one.
+#[test]
+fn the_surface_law_is_written_only_where_it_is_chosen() {
+    let plain = serde_json::to_string(&parse(&[])).expect("a scene is JSON");
+    assert!(!plain.contains("surface"), "{plain}");
+    let chosen = parse(&[
+        "method.contact_law=\"surface-integral\"",
+        "method.surface.sampler=\"uniform-angles\"",
+        "method.surface.average=\"all-samples\"",
+        "material.steel.surface_stiffness_n_per_m3=1e7",
+    ]);
+    assert_eq!(chosen.method.surface.samples, 1000);
+    let text = serde_json::to_string(&chosen).expect("a scene is JSON");
+    for part in
+        ["\"surface-integral\"", "\"uniform-angles\"", "\"all-samples\"", "surface_stiffness_n_per_m3"]
+    {
+        assert!(text.contains(part), "{part} is missing in {text}");
+    }
+    assert_eq!(serde_json::from_str::<Scene>(&text).expect("its own JSON"), chosen);
 }
 
 #[test]

@@ -10,13 +10,16 @@
 mod body;
 pub mod broad;
 mod contact;
+mod drag;
 mod forces;
 mod integrator;
 mod model;
+mod motion;
 mod narrow;
 pub mod node;
 mod overlap;
 mod plan;
+mod reaction;
 mod record;
 mod risk;
 mod scratch;

@@ -2,6 +2,7 @@
 
 use crate::contact::Contact;
 use crate::overlap::gap;
+use crate::reaction::reactions;
 use crate::state::Motion;
 use crate::{Model, Scratch, State, Stop};
 use geometry::circle::linked;
@@ -30,6 +31,8 @@ struct EnergyAudit {
 pub struct Records {
     chained_hash: Hash,
     energy: Option<EnergyAudit>,
+    /// Work of prescribed motions since the first record (J).
+    drive_work: f64,
     /// The message of the last recorded state.
     message: Vec<u8>,
     /// Canonical bytes of one stage.
@@ -39,7 +42,7 @@ pub struct Records {
 impl Records {
     /// Records for a run that starts ([`Hash::default`]) or goes on from a step with this chained hash.
     pub fn after(chained_hash: Hash) -> Records {
-        Records { chained_hash, energy: None, message: Vec::new(), stage: Vec::new() }
+        Records { chained_hash, energy: None, drive_work: 0.0, message: Vec::new(), stage: Vec::new() }
     }
 
     /// The message of the last recorded state: the bytes of the topic `state` and of the log.
@@ -65,6 +68,9 @@ impl Records {
         let time = model.time();
         let audited = time.is_audited(state.step);
         let (kinetic_energy_j, gravity_energy_j) = mechanical_energy(model, state);
+        if self.energy.is_some() {
+            self.drive_work += scratch.drive_work_j;
+        }
         let mut penetration_m = 0.0;
         let contacts = scratch.evaluation.contacts(&scratch.moment);
         for (_, _, contact) in &contacts {
@@ -82,6 +88,8 @@ impl Records {
             contact_energy_j: contact_energy(model, state, scratch),
             dissipated_energy_j: state.dissipated_energy_j,
             penetration_m,
+            drive_work_j: (!model.driven().is_empty()).then_some(scratch.drive_work_j + 0.0),
+            reactions: model.records_reactions().then(|| reactions(model, state, scratch)),
             audit: audited.then(|| audit(model, state)),
             stages: self.stages(model, scratch, &contacts, &state_hash),
             state_hash,
@@ -99,7 +107,8 @@ impl Records {
         let total = record.kinetic_energy_j
             + record.gravity_energy_j
             + record.contact_energy_j
-            + record.dissipated_energy_j;
+            + record.dissipated_energy_j
+            - self.drive_work;
         let first = EnergyAudit { start: total, gravity: record.gravity_energy_j, scale: 0.0 };
         let audit = self.energy.get_or_insert(first);
         let motion = record.kinetic_energy_j
@@ -160,10 +169,14 @@ fn put(bytes: &mut Vec<u8>, values: &[f64]) {
     }
 }
 
-/// Kinetic energy, and potential energy in the field of gravity (zero at World's origin), in joules.
+/// Kinetic energy, and potential energy in the field of gravity (zero at World's origin), in joules, of all
+/// bodies but those on prescribed motions: theirs is the drive's.
 pub fn mechanical_energy(model: &Model, state: &State) -> (f64, f64) {
     let (mut kinetic, mut gravity) = (0.0, 0.0);
     for (body, pose) in model.bodies().iter().zip(&state.bodies) {
+        if body.driven {
+            continue;
+        }
         let motion = Motion::of(pose);
         let (u, w, normal) = rotation::axes(&motion.orientation);
         kinetic += 0.5 * body.mass_kg * motion.linear.norm_squared()
