@@ -40,6 +40,7 @@ pub mod cuboid;
 pub mod gauss;
 pub mod lanes;
 pub mod plane;
+pub mod polynomial;
 pub mod rotation;
 pub mod span;
 pub mod sphere;

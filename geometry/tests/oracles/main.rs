@@ -9,6 +9,7 @@ mod closest;
 mod double_double;
 mod lanes;
 mod link;
+mod polynomial;
 mod properties;
 mod quadrature;
 mod random;
