@@ -75,7 +75,9 @@ pub struct Energy {
     pub end_j: f64,
     /// Energy taken out by damping, friction and drag, in joules.
     pub dissipated_j: f64,
-    /// Energy from nowhere: end + dissipated - start, in joules.
+    /// Work of prescribed motions since the start, in joules.
+    pub drive_work_j: f64,
+    /// Energy from nowhere: end + dissipated - start - work of prescribed motions, in joules.
     pub drift_j: f64,
     /// The largest drift of any step, by amount, in joules.
     pub drift_max_j: f64,
@@ -181,23 +183,28 @@ impl Sums {
         let first = self.first.get_or_insert_with(|| step.clone());
         let start_j = total_j(first);
         let end_j = total_j(step);
-        let drift_j = end_j + step.dissipated_energy_j - start_j;
+        let before_j = self.energy.map_or(0.0, |energy| energy.drive_work_j);
+        let drive_work_j = before_j + step.drive_work_j.unwrap_or(0.0);
+        let drift_j = end_j + step.dissipated_energy_j - start_j - drive_work_j;
         let exchanged_j = [
             step.kinetic_energy_j,
             step.contact_energy_j,
             step.dissipated_energy_j,
+            drive_work_j,
             step.gravity_energy_j - first.gravity_energy_j,
         ];
         let mut energy = self.energy.unwrap_or(Energy {
             start_j,
             end_j,
             dissipated_j: 0.0,
+            drive_work_j,
             drift_j: 0.0,
             drift_max_j: 0.0,
             exchanged_max_j: 0.0,
             drift_max_share: 0.0,
         });
         (energy.end_j, energy.dissipated_j, energy.drift_j) = (end_j, step.dissipated_energy_j, drift_j);
+        energy.drive_work_j = drive_work_j;
         if drift_j.abs() > energy.drift_max_j.abs() {
             energy.drift_max_j = drift_j;
         }
@@ -260,6 +267,9 @@ impl fmt::Display for Summary {
                     energy.start_j, energy.end_j, energy.dissipated_j
                 ),
             )?;
+            if energy.drive_work_j != 0.0 {
+                line("work of motions", format!("{:.6e} J", energy.drive_work_j))?;
+            }
             line(
                 "energy drift",
                 format!(

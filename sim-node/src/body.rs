@@ -73,8 +73,10 @@ pub struct Body {
     pub inertia_transverse_kg_m2: f64,
     /// Moment of inertia about the body's own z axis (kg m^2).
     pub inertia_axial_kg_m2: f64,
-    /// A pinned body never moves.
+    /// No force moves it: it is pinned, or follows a prescribed motion.
     pub pinned: bool,
+    /// It follows a prescribed motion.
+    pub driven: bool,
     /// Number of its material in the model.
     pub(crate) material: u32,
     /// Radius of the sphere about the centre that holds the whole body (m).
@@ -114,14 +116,30 @@ impl Body {
         let axial = (0.75 * minor * minor + major * major) * mass;
         let shape = Shape::Ring { major_radius_m: major, minor_radius_m: minor };
         let drags = (forces.linear_drag_kg_per_s, forces.angular_drag_kg_m2_per_s);
-        Body::new(shape, mass, [transverse, transverse, axial], ring.pinned, material, drags, time_step)
+        Body::new(
+            shape,
+            mass,
+            [transverse, transverse, axial],
+            (ring.pinned, ring.motion.is_some()),
+            material,
+            drags,
+            time_step,
+        )
     }
 
     /// A sphere; drag is a property of rings alone.
     pub(crate) fn sphere(sphere: &Sphere, material: u32, time_step: f64) -> Body {
         let inertia = 0.4 * sphere.mass_kg * sphere.radius_m * sphere.radius_m;
         let shape = Shape::Sphere { radius_m: sphere.radius_m };
-        Body::new(shape, sphere.mass_kg, [inertia; 3], sphere.pinned, material, (0.0, 0.0), time_step)
+        Body::new(
+            shape,
+            sphere.mass_kg,
+            [inertia; 3],
+            (sphere.pinned, sphere.motion.is_some()),
+            material,
+            (0.0, 0.0),
+            time_step,
+        )
     }
 
     /// A capsule.
@@ -129,7 +147,7 @@ impl Body {
         let (half_length_m, radius_m) = (capsule.half_length_m, capsule.radius_m);
         let inertia = capsule::inertia(half_length_m, radius_m, capsule.mass_kg);
         let shape = Shape::Capsule { radius_m, half_length_m };
-        Body::new(shape, capsule.mass_kg, inertia, capsule.pinned, material, (0.0, 0.0), time_step)
+        Body::new(shape, capsule.mass_kg, inertia, (capsule.pinned, false), material, (0.0, 0.0), time_step)
     }
 
     /// A box.
@@ -138,7 +156,7 @@ impl Body {
         let core_m = Vec3::from(cuboid.half_extents_m).add_scalar(-edge_radius_m);
         let inertia = cuboid::inertia(&core_m, edge_radius_m, cuboid.mass_kg);
         let shape = Shape::Box { core_m, edge_radius_m };
-        Body::new(shape, cuboid.mass_kg, inertia, cuboid.pinned, material, (0.0, 0.0), time_step)
+        Body::new(shape, cuboid.mass_kg, inertia, (cuboid.pinned, false), material, (0.0, 0.0), time_step)
     }
 
     /// Velocity per impulse at a point that is at most `lever` from the centre (1/kg), in any direction.
@@ -189,11 +207,12 @@ impl Body {
         shape: Shape,
         mass: f64,
         inertia_kg_m2: [f64; 3],
-        pinned: bool,
+        (pinned, driven): (bool, bool),
         material: u32,
         (linear_drag, angular_drag): (f64, f64),
         time_step: f64,
     ) -> Body {
+        let pinned = pinned || driven;
         let (major_radius, minor_radius, bounding_radius) = shape.radii();
         let inverse = |value: f64| if pinned { 0.0 } else { 1.0 / value };
         let [transverse, second, axial] = inertia_kg_m2;
@@ -213,6 +232,7 @@ impl Body {
             inertia_transverse_kg_m2: transverse,
             inertia_axial_kg_m2: axial,
             pinned,
+            driven,
             material,
             bounding_radius,
             minor_radius,

@@ -3,8 +3,9 @@
 use crate::body::Body;
 use crate::broad::{self, Method};
 use crate::contact::material::PairMaterial;
+use crate::motion::{Drive, Driven};
 use crate::plan::Features;
-use crate::{overlap, plan, stability};
+use crate::{motion, overlap, plan, stability};
 use geometry::{Circle, Vec3};
 use schemas::plan::Plan;
 use schemas::scene::{self, Forces, Integrator, Material, Scene, Time};
@@ -23,6 +24,9 @@ pub struct Model {
     material_count: usize,
     pair_materials: Vec<PairMaterial>,
     initial: Vec<BodyState>,
+    drives: Vec<Drive>,
+    driven: Vec<Driven>,
+    records_reactions: bool,
     linked_pairs: Vec<(u32, u32)>,
     gravity: Vec3,
     time: Time,
@@ -206,13 +210,18 @@ impl Model {
                 grid_radius = body.bounding_radius;
             }
         }
+        let mut initial = scene.initial_bodies();
+        let (drives, driven) = motion::compile(scene, &mut initial);
         Model {
             ring_count: scene.rings.len(),
             other_counts: [scene.spheres.len(), scene.capsules.len(), scene.boxes.len()],
             planes: scene.planes.iter().map(plane).collect(),
             material_count: materials.len(),
             pair_materials,
-            initial: scene.initial_bodies(),
+            initial,
+            drives,
+            driven,
+            records_reactions: scene.record.reactions,
             linked_pairs: Vec::new(),
             gravity: Vec3::from(gravity_m_per_s2),
             time: scene.time.clone(),
@@ -259,6 +268,21 @@ impl Model {
     /// The poses and velocities before the first step; pinned bodies are at rest.
     pub fn initial_bodies(&self) -> &[BodyState] {
         &self.initial
+    }
+
+    /// The motions that the scene prescribes, by name.
+    pub(crate) fn drives(&self) -> &[Drive] {
+        &self.drives
+    }
+
+    /// The bodies that follow them, in order.
+    pub(crate) fn driven(&self) -> &[Driven] {
+        &self.driven
+    }
+
+    /// Whether step records tell what pins and motions bear.
+    pub(crate) fn records_reactions(&self) -> bool {
+        self.records_reactions
     }
 
     /// The pairs of rings that are linked at the start, in order.
@@ -360,6 +384,16 @@ impl Model {
             }
         };
         &self.pair_materials[material(a) as usize * self.material_count + material(b) as usize]
+    }
+
+    /// Number of materials.
+    pub(crate) fn material_count(&self) -> usize {
+        self.material_count
+    }
+
+    /// The constants of all pairs of materials: a row for each first one.
+    pub(crate) fn pair_materials(&self) -> &[PairMaterial] {
+        &self.pair_materials
     }
 
     /// The constants of all pairs of materials that bodies and planes have.

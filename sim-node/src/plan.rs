@@ -94,6 +94,9 @@ pub(crate) fn make(scene: &Scene, model: &Model, everything: bool) -> (Features,
     let angular_needed = angular > 0.0 && free_rings > 0;
     drag |= choose("force/angular-drag", angular_needed, format!("{angular} kg m^2/s"));
 
+    let driven = model.driven().len();
+    choose("motion/prescribed", driven > 0, format!("{driven} bodies in {} motions", model.drives().len()));
+
     // All but one are always left out: they are different answers, not parts of one.
     for integrator in Integrator::ALL {
         let reason = format!("method.integrator is {}", model.integrator().name());

@@ -4,7 +4,7 @@ use crate::forces::SlipMotion;
 use crate::integrator::{dopri5, rk4, verlet};
 use crate::model::BodyName;
 use crate::state::Motion;
-use crate::{Model, Scratch, State, wrench::Velocity};
+use crate::{Model, Scratch, State, motion, wrench::Velocity};
 use geometry::Circle;
 use schemas::scene::Integrator;
 use schemas::state::BodyState;
@@ -83,6 +83,7 @@ pub enum Stop {
 pub fn step(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(), Stop> {
     assert_eq!(state.bodies.len(), model.body_count(), "bodies of the state and of the model");
     assert_eq!(scratch.moment.circles.len(), model.body_count(), "bodies of the scratch and of the model");
+    scratch.drive_work_j = 0.0;
     match model.integrator() {
         Integrator::Verlet => verlet::advance(model, state, scratch),
         Integrator::Rk4 => rk4::advance(model, state, scratch),
@@ -91,6 +92,7 @@ pub fn step(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(
     state.step += 1;
     state.sim_time_s = state.step as f64 * model.time().time_step_s;
     state.dissipated_energy_j += 0.0;
+    motion::store(model, state.sim_time_s, &mut state.bodies);
     check_finite(model, state)
 }
 
@@ -108,6 +110,7 @@ pub fn evaluate(model: &Model, state: &State, scratch: &mut Scratch) {
     let pool = scratch.pool.as_ref();
     scratch.evaluation.evaluate(model, &scratch.moment, &state.contacts, slip, pool);
     scratch.evaluation_age_s = 0.0;
+    scratch.drive_work_j = 0.0;
 }
 
 fn check_finite(model: &Model, state: &State) -> Result<(), Stop> {

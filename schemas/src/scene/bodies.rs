@@ -82,6 +82,10 @@ pub struct Ring {
     /// A pinned ring never moves.
     #[serde(default)]
     pub pinned: bool,
+    /// Name of the motion that the ring follows exactly, whatever pulls at it; velocities at step 0 come from
+    /// there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<String>,
 }
 
 /// A rigid solid sphere.
@@ -105,6 +109,10 @@ pub struct Sphere {
     /// A pinned sphere never moves.
     #[serde(default)]
     pub pinned: bool,
+    /// Name of the motion that the sphere follows exactly, whatever pulls at it; velocities at step 0 come from
+    /// there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<String>,
 }
 
 /// A fixed half-space: the points with `normal . p < offset` are solid.

@@ -6,6 +6,7 @@
 
 mod bodies;
 mod error;
+mod motion;
 mod parse;
 pub mod render;
 mod solids;
@@ -14,8 +15,9 @@ mod weave;
 
 pub use bodies::{Material, Plane, Ring, Sphere};
 pub use error::SceneError;
+pub use motion::{Interpolation, Keyframe, Motion, Shake};
 pub use solids::{Capsule, Cuboid};
-pub use weave::{Pattern, Weave};
+pub use weave::{Grip, Pattern, Weave};
 
 use crate::plan::Plan;
 use crate::{Hash, state};
@@ -41,6 +43,9 @@ pub struct Scene {
     /// Materials of contact, by name.
     #[serde(default, rename = "material")]
     pub materials: BTreeMap<String, Material>,
+    /// Motions that the scene prescribes to some bodies, by name.
+    #[serde(default, rename = "motion", skip_serializing_if = "BTreeMap::is_empty")]
+    pub motions: BTreeMap<String, Motion>,
     /// Patches of woven rings; empty once resolved.
     #[serde(default, rename = "weave", skip_serializing_if = "Vec::is_empty")]
     pub weaves: Vec<Weave>,
@@ -273,11 +278,14 @@ pub struct Forces {
 pub struct Record {
     /// A full state every so many steps, at every frame and at the last step; a step record for every step, always.
     pub state_every: u64,
+    /// Whether the step records tell what each pin and each prescribed motion has to bear.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub reactions: bool,
 }
 
 impl Default for Record {
     fn default() -> Self {
-        Record { state_every: 1 }
+        Record { state_every: 1, reactions: false }
     }
 }
 

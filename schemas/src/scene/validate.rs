@@ -2,7 +2,7 @@
 
 use super::parse::suggestion;
 use super::render::{Light, Render};
-use super::{Scene, SceneError};
+use super::{Motion, Scene, SceneError};
 use std::fmt::Display;
 
 /// No coordinate may be larger than this, in metres: its square, and the square of that, stay finite.
@@ -20,6 +20,7 @@ impl Scene {
     pub(super) fn canonicalise_zeros(&mut self) {
         let zero = |vector: &mut [f64]| vector.iter_mut().for_each(|value| *value += 0.0);
         zero(&mut self.forces.gravity_m_per_s2);
+        self.motions.values_mut().for_each(Motion::canonicalise_zeros);
         for weave in &mut self.weaves {
             zero(&mut weave.position_m);
             zero(&mut weave.rotation_rad);
@@ -53,6 +54,7 @@ impl Scene {
         };
         self.rings.iter_mut().for_each(|ring| unit(&mut ring.orientation));
         self.planes.iter_mut().for_each(|plane| unit(&mut plane.normal));
+        self.motions.values_mut().for_each(|motion| unit(&mut motion.axis));
         self.solid_orientations().for_each(unit);
     }
 
@@ -71,6 +73,9 @@ impl Scene {
             not_negative(&key("line_damping_n_s_per_m2"), material.line_damping_n_s_per_m2)?;
             not_negative(&key("point_damping_n_s_per_m"), material.point_damping_n_s_per_m)?;
             not_negative(&key("friction_coefficient"), material.friction_coefficient)?;
+        }
+        for (name, motion) in &self.motions {
+            motion.validate(&|field: &str| format!("motion.{name}.{field}"))?;
         }
         self.validate_weaves()?;
         self.validate_rings()?;
@@ -121,21 +126,15 @@ impl Scene {
         let mut total = 0_u64;
         for (index, weave) in self.weaves.iter().enumerate() {
             let key = |field: &str| format!("weave[{index}].{field}");
-            total += u64::from(weave.rows) * u64::from(weave.columns);
+            total = total.saturating_add(weave.ring_count());
             if total > RING_COUNT_MAX {
                 let expected = format!("at most {RING_COUNT_MAX} rings in all");
                 return Err(refuse(&key("rows"), weave.rows, &expected));
             }
-            radii(&key, weave.major_radius_m, weave.minor_radius_m)?;
-            positive(&key("ring_mass_kg"), weave.ring_mass_kg)?;
-            vector(&key("position_m"), &weave.position_m)?;
-            vector(&key("rotation_rad"), &weave.rotation_rad)?;
+            weave.validate(&key)?;
             self.material_exists(&key("material"), &weave.material)?;
-            for pin in &weave.pins {
-                if pin[0] >= weave.rows || pin[1] >= weave.columns {
-                    let expected = format!("[row, column] below [{}, {}]", weave.rows, weave.columns);
-                    return Err(refuse(&key("pins"), format!("{pin:?}"), &expected));
-                }
+            for (index, grip) in weave.grips.iter().enumerate() {
+                self.motion_exists(&key(&format!("grip[{index}].motion")), Some(&grip.motion), false)?;
             }
         }
         Ok(())
@@ -151,6 +150,7 @@ impl Scene {
             vector(&key("linear_velocity_m_per_s"), &ring.linear_velocity_m_per_s)?;
             vector(&key("angular_velocity_rad_per_s"), &ring.angular_velocity_rad_per_s)?;
             self.material_exists(&key("material"), &ring.material)?;
+            self.motion_exists(&key("motion"), ring.motion.as_ref(), ring.pinned)?;
         }
         Ok(())
     }
@@ -164,6 +164,7 @@ impl Scene {
             vector(&key("linear_velocity_m_per_s"), &sphere.linear_velocity_m_per_s)?;
             vector(&key("angular_velocity_rad_per_s"), &sphere.angular_velocity_rad_per_s)?;
             self.material_exists(&key("material"), &sphere.material)?;
+            self.motion_exists(&key("motion"), sphere.motion.as_ref(), sphere.pinned)?;
         }
         for (index, plane) in self.planes.iter().enumerate() {
             let key = |field: &str| format!("plane[{index}].{field}");
@@ -172,6 +173,22 @@ impl Scene {
             self.material_exists(&key("material"), &plane.material)?;
         }
         Ok(())
+    }
+
+    fn motion_exists(&self, key: &str, name: Option<&String>, pinned: bool) -> Result<(), SceneError> {
+        let Some(name) = name else { return Ok(()) };
+        if pinned {
+            return Err(refuse(key, name, "no motion for a pinned body: take one of the two away"));
+        }
+        if self.motions.contains_key(name) {
+            return Ok(());
+        }
+        Err(SceneError::UnknownName {
+            key: key.to_owned(),
+            value: name.to_owned(),
+            what: "motion",
+            suggestion: suggestion(name, self.motions.keys().map(String::as_str)),
+        })
     }
 
     pub(super) fn material_exists(&self, key: &str, name: &str) -> Result<(), SceneError> {
@@ -259,7 +276,7 @@ fn validate_render(render: &Render) -> Result<(), SceneError> {
     Ok(())
 }
 
-fn radii(key: &dyn Fn(&str) -> String, major_m: f64, minor_m: f64) -> Result<(), SceneError> {
+pub(super) fn radii(key: &dyn Fn(&str) -> String, major_m: f64, minor_m: f64) -> Result<(), SceneError> {
     positive(&key("major_radius_m"), major_m)?;
     positive(&key("minor_radius_m"), minor_m)?;
     if minor_m >= major_m {
@@ -331,6 +348,6 @@ pub(super) fn refuse_number(key: &str, value: f64, expected: &str) -> SceneError
     refuse(key, format!("{value:?}"), expected)
 }
 
-fn refuse(key: &str, value: impl Display, expected: &str) -> SceneError {
+pub(super) fn refuse(key: &str, value: impl Display, expected: &str) -> SceneError {
     SceneError::Value { key: key.to_owned(), value: value.to_string(), expected: expected.to_owned() }
 }

@@ -27,7 +27,7 @@ use super::explicit::{Setting, Slope, Stages, Tableau};
 use crate::risk;
 use crate::step::Stop;
 use crate::wrench::Velocity;
-use crate::{Model, Scratch, State};
+use crate::{Model, Scratch, State, motion};
 use geometry::Vec3;
 use nalgebra::Quaternion;
 
@@ -60,7 +60,8 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -
     let whole = model.time().time_step_s;
     scratch.stages.start_at(state);
     evaluate(0, 0.0, model, state, scratch);
-    let mut time_step = first_step(model, state, scratch);
+    // A step of no length would never end.
+    let mut time_step = larger(SHORTEST * whole, first_step(model, state, scratch));
     let mut before = 1e-4;
     let (mut done, mut refused) = (0.0, false);
     while done < whole {
@@ -82,7 +83,8 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -
         let shortest = time_step < SHORTEST * whole;
         if error <= 1.0 || hopeless || (shortest && error.is_nan()) {
             accept(time_step, model, state, scratch);
-            done = if last { whole } else { done + time_step };
+            // What is not a number stays so, and is named after the step.
+            done = if last || error.is_nan() { whole } else { done + time_step };
             let least = 1e-4;
             let clamped = if error > least { error } else { least };
             let growth = 0.9 * libm::pow(clamped, -0.17) * libm::pow(before, 0.04);
@@ -110,11 +112,16 @@ fn evaluate(stage: usize, time_step: f64, model: &Model, state: &State, scratch:
 
 /// Moves to the end of an inner step; its last slopes are the first ones of the next.
 fn accept(time_step: f64, model: &Model, state: &mut State, scratch: &mut Scratch) {
+    let time = scratch.stages.time + time_step;
+    scratch.drive_work_j += scratch.stages.drive_work(&TABLEAU, time_step);
     state.dissipated_energy_j += scratch.stages.finish(&TABLEAU, time_step, model, state);
     scratch.keep_springs(&mut state.contacts);
+    motion::store(model, time, &mut state.bodies);
     let stages = &mut scratch.stages;
     stages.start_at(state);
+    stages.time = time;
     stages.slopes.swap(0, TABLEAU.rows.len() - 1);
+    stages.drive.swap(0, TABLEAU.rows.len() - 1);
     for (slope, point) in stages.slopes[0].iter_mut().zip(&stages.start) {
         let w = slope.velocity.angular;
         // The end's quaternion has been normalised since.

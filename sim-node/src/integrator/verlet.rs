@@ -19,7 +19,7 @@ use crate::forces::{Evaluation, SlipMotion};
 use crate::integrator::asymmetric;
 use crate::state::{Motion, renormalised};
 use crate::wrench::{Velocity, Wrench};
-use crate::{Model, Scratch, State};
+use crate::{Model, Scratch, State, motion};
 use geometry::{Circle, Vec3, rotation};
 use nalgebra::UnitQuaternion;
 
@@ -27,12 +27,16 @@ use nalgebra::UnitQuaternion;
 pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) {
     let time_step = model.time().time_step_s;
     drift_to_middle(model, state, scratch, 0.5 * time_step);
+    motion::place(model, state.sim_time_s + 0.5 * time_step, &mut scratch.moment);
     let velocities = scratch.moment.velocities.as_slice();
     // The velocity before the kick is the velocity between the last evaluation and this one.
     let slip = SlipMotion { since: (velocities, time_step), kept: (velocities, time_step) };
     let pool = scratch.pool.as_ref();
     scratch.evaluation.evaluate(model, &scratch.moment, &state.contacts, slip, pool);
     scratch.keep_springs(&mut state.contacts);
+    let (drive, lost) = motion::power(model, &scratch.moment, &scratch.evaluation);
+    scratch.drive_work_j = drive * time_step;
+    state.dissipated_energy_j += lost * time_step;
     let loses = Evaluation::loses(model);
     state.dissipated_energy_j += match (model.features.gravity, model.features.drag) {
         (false, false) => kick_and_drift::<false, false>(model, state, scratch, loses),
