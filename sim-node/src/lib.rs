@@ -25,6 +25,7 @@ mod scratch;
 mod stability;
 mod state;
 mod step;
+mod surface;
 mod wrench;
 
 pub use body::{Body, Shape};

@@ -5,7 +5,8 @@ use crate::broad::{self, Method};
 use crate::contact::material::PairMaterial;
 use crate::motion::{Drive, Driven};
 use crate::plan::Features;
-use crate::{motion, overlap, plan, stability};
+use crate::{motion, overlap, plan, stability, surface};
+use geometry::polynomial::{Solid, SolidError};
 use geometry::{Circle, Vec3};
 use schemas::plan::Plan;
 use schemas::scene::{self, Forces, Integrator, Material, Scene, Time};
@@ -18,8 +19,10 @@ use std::fmt;
 pub struct Model {
     bodies: Vec<Body>,
     ring_count: usize,
-    /// Numbers of spheres, capsules and boxes, which follow the rings in this order.
-    other_counts: [usize; 3],
+    /// Numbers of spheres, capsules, boxes and polynomials, which follow the rings in this order.
+    other_counts: [usize; 4],
+    /// The surfaces of the polynomials.
+    surfaces: Vec<Solid>,
     planes: Vec<HalfSpace>,
     material_count: usize,
     pair_materials: Vec<PairMaterial>,
@@ -47,8 +50,8 @@ pub struct HalfSpace {
     pub(crate) material: u32,
 }
 
-/// A body, named as a person counts them in the scene: rings (woven ones first), spheres, capsules, boxes and
-/// planes, each from 0.
+/// A body, named as a person counts them in the scene: rings (woven ones first), spheres, capsules, boxes,
+/// polynomials and planes, each from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum BodyName {
     /// `ring N`.
@@ -59,6 +62,8 @@ pub enum BodyName {
     Capsule(usize),
     /// `box N`.
     Box(usize),
+    /// `polynomial N`.
+    Polynomial(usize),
     /// `plane N`.
     Plane(usize),
 }
@@ -70,6 +75,7 @@ impl fmt::Display for BodyName {
             BodyName::Sphere(index) => write!(f, "sphere {index}"),
             BodyName::Capsule(index) => write!(f, "capsule {index}"),
             BodyName::Box(index) => write!(f, "box {index}"),
+            BodyName::Polynomial(index) => write!(f, "polynomial {index}"),
             BodyName::Plane(index) => write!(f, "plane {index}"),
         }
     }
@@ -113,6 +119,26 @@ pub enum ModelError {
         /// What sets the bound.
         cause: String,
     },
+    /// A formula that is not that of a body.
+    #[error("{body}: {cause}")]
+    Surface {
+        /// The body.
+        body: BodyName,
+        /// What is wrong with it.
+        cause: SolidError,
+    },
+    /// Two bodies that could meet, without a law of contact for their shapes.
+    #[error("{a} and {b} could meet, and {reason}; pin {pins}, or leave one of them out")]
+    Shapes {
+        /// One body.
+        a: BodyName,
+        /// The other.
+        b: BodyName,
+        /// Why there is none.
+        reason: &'static str,
+        /// Which of them to pin.
+        pins: &'static str,
+    },
     /// More bodies than 32-bit numbers can name.
     #[error("{count} bodies: expected at most {largest}")]
     TooManyBodies {
@@ -154,7 +180,8 @@ impl Model {
         if count > COUNT_MAX {
             return Err(ModelError::TooManyBodies { count, largest: COUNT_MAX });
         }
-        let mut model = Model::lay_out(scene);
+        let mut model = Model::lay_out(scene)?;
+        surface::refuse_pairs(&model)?;
         let (features, plan) = plan::make(scene, &model, how.everything_on);
         model.features = features;
         model.linked_pairs = overlap::check_and_find_links(&model)?;
@@ -180,7 +207,7 @@ impl Model {
         }
     }
 
-    fn lay_out(scene: &Scene) -> Model {
+    fn lay_out(scene: &Scene) -> Result<Model, ModelError> {
         let time_step = scene.time.time_step_s;
         let Forces { gravity_m_per_s2, .. } = scene.forces;
         let names: Vec<&String> = scene.materials.keys().collect();
@@ -193,7 +220,13 @@ impl Model {
         let spheres = scene.spheres.iter().map(|s| Body::sphere(s, material(&s.material), time_step));
         let capsules = scene.capsules.iter().map(|c| Body::capsule(c, material(&c.material), time_step));
         let boxes = scene.boxes.iter().map(|b| Body::cuboid(b, material(&b.material), time_step));
-        let bodies: Vec<Body> = rings.chain(spheres).chain(capsules).chain(boxes).collect();
+        let mut bodies: Vec<Body> = rings.chain(spheres).chain(capsules).chain(boxes).collect();
+        let mut initial = scene.initial_bodies();
+        let surfaces = surface::compile(scene, &mut initial)?;
+        for ((number, polynomial), solid) in (0..).zip(&scene.polynomials).zip(&surfaces) {
+            let material = material(&polynomial.material);
+            bodies.push(Body::polynomial(polynomial, (solid, number), material, time_step));
+        }
         let mut pair_materials = Vec::with_capacity(materials.len() * materials.len());
         for a in &materials {
             pair_materials.extend(materials.iter().map(|b| PairMaterial::new(a, b)));
@@ -210,11 +243,16 @@ impl Model {
                 grid_radius = body.bounding_radius;
             }
         }
-        let mut initial = scene.initial_bodies();
         let (drives, driven) = motion::compile(scene, &mut initial);
-        Model {
+        Ok(Model {
             ring_count: scene.rings.len(),
-            other_counts: [scene.spheres.len(), scene.capsules.len(), scene.boxes.len()],
+            other_counts: [
+                scene.spheres.len(),
+                scene.capsules.len(),
+                scene.boxes.len(),
+                scene.polynomials.len(),
+            ],
+            surfaces,
             planes: scene.planes.iter().map(plane).collect(),
             material_count: materials.len(),
             pair_materials,
@@ -231,10 +269,10 @@ impl Model {
             largest_time_step_s: f64::INFINITY,
             features: Features::default(),
             bodies,
-        }
+        })
     }
 
-    /// The bodies' constants: rings, spheres, capsules, boxes.
+    /// The bodies' constants: rings, spheres, capsules, boxes, polynomials.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
@@ -249,15 +287,21 @@ impl Model {
         self.ring_count
     }
 
-    /// Rings, spheres and capsules, the first bodies: symmetric tops about their own z axes. Boxes follow.
+    /// Rings, spheres and capsules, the first bodies: symmetric tops about their own z axes. Boxes and
+    /// polynomials follow.
     pub(crate) fn top_count(&self) -> usize {
-        let [spheres, capsules, _] = self.other_counts;
+        let [spheres, capsules, ..] = self.other_counts;
         self.ring_count + spheres + capsules
     }
 
     /// Rings and spheres, the first bodies: those that need no carrier or field of `contact::shapes`.
     pub(crate) fn round_count(&self) -> usize {
         self.ring_count + self.other_counts[0]
+    }
+
+    /// The surface of a polynomial body.
+    pub(crate) fn surface(&self, number: u32) -> &Solid {
+        &self.surfaces[number as usize]
     }
 
     /// The fixed half-spaces; in pairs they are numbered after the bodies.
@@ -323,7 +367,7 @@ impl Model {
             return BodyName::Ring(rest);
         }
         rest -= self.ring_count;
-        let names = [BodyName::Sphere, BodyName::Capsule, BodyName::Box];
+        let names = [BodyName::Sphere, BodyName::Capsule, BodyName::Box, BodyName::Polynomial];
         for (count, name) in self.other_counts.into_iter().zip(names) {
             if rest < count {
                 return name(rest);

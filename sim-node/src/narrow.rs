@@ -65,7 +65,7 @@ impl Narrow<'_> {
         };
         let slip = self.slip_of::<FRICTION>(material, &pair, Some(b));
         if b >= round {
-            let placed = |body, frame| Placed { body, frame };
+            let placed = |body, frame| Placed { model: self.model, body, frame };
             let back = Pair {
                 a: circle_b,
                 a_minor_radius: body_b.minor_radius,
@@ -111,7 +111,7 @@ impl Narrow<'_> {
         };
         let slip = self.slip_of::<FRICTION>(material, &pair, None);
         if is_solid {
-            let placed = Placed { body, frame: circle };
+            let placed = Placed { model: self.model, body, frame: circle };
             pairs::on_plane::<DAMPED, FRICTION>(&pair, placed, plane, material.point, &slip, forces);
         } else if is_ring {
             ring_plane::<DAMPED, FRICTION>(&pair, plane, &slip, forces);

@@ -16,5 +16,6 @@ mod refusals;
 mod sheet;
 mod solids;
 mod support;
+mod surfaces;
 mod top;
 mod weaves;
