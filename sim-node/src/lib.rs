@@ -10,6 +10,7 @@
 mod body;
 pub mod broad;
 mod contact;
+mod drag;
 mod forces;
 mod integrator;
 mod model;
@@ -18,14 +19,15 @@ mod narrow;
 pub mod node;
 mod overlap;
 mod plan;
+mod polynomials;
 mod reaction;
 mod record;
+mod refusal;
 mod risk;
 mod scratch;
 mod stability;
 mod state;
 mod step;
-mod surface;
 mod wrench;
 
 pub use body::{Body, Shape};

@@ -2,16 +2,22 @@
 
 use crate::body::Body;
 use crate::broad::{self, Method};
-use crate::contact::material::PairMaterial;
+use crate::contact::material::{NormalLaw, PairMaterial};
+use crate::contact::surface::samples::PURPOSE;
 use crate::motion::{Drive, Driven};
 use crate::plan::Features;
-use crate::{motion, overlap, plan, stability, surface};
-use geometry::polynomial::{Solid, SolidError};
+use crate::{motion, overlap, plan, polynomials, stability};
+use geometry::polynomial::Solid;
 use geometry::{Circle, Vec3};
 use schemas::plan::Plan;
-use schemas::scene::{self, Forces, Integrator, Material, Scene, Time};
+use schemas::scene::{
+    self, ContactLaw, Forces, Integrator, Material, Scene, SurfaceAverage, SurfaceIntegral, SurfaceSampler,
+    Time,
+};
 use schemas::state::BodyState;
 use std::fmt;
+
+pub use crate::refusal::ModelError;
 
 /// A scene, compiled: constants of bodies and pairs of materials, the starting poses, the rings that are
 /// linked, and what the scene needs of the program.
@@ -34,6 +40,7 @@ pub struct Model {
     gravity: Vec3,
     time: Time,
     method: scene::Method,
+    seed: u64,
     broad_phase: Method,
     grid_radius: f64,
     largest_time_step_s: f64,
@@ -90,65 +97,6 @@ pub struct Compile {
     pub beyond_stability_bound: bool,
 }
 
-/// A scene that reads well and cannot be simulated.
-#[derive(Debug, thiserror::Error, PartialEq)]
-pub enum ModelError {
-    /// Two bodies overlap at the start: their contact would fling them apart.
-    #[error(
-        "{a} and {b} overlap at the start: their gap is {gap_m:e} m, expected 0 or more; move one of them, \
-         or make it smaller"
-    )]
-    Overlap {
-        /// One body.
-        a: BodyName,
-        /// The other.
-        b: BodyName,
-        /// Their gap (m); negative.
-        gap_m: f64,
-    },
-    /// The time step is too long for the stiffest contact, for drag or for spin.
-    #[error(
-        "time.time_step_s = {time_step_s:e}: expected at most {largest_s:e} s, the bound set by {cause}; \
-         take a smaller step or a softer material"
-    )]
-    TimeStep {
-        /// The step as given (s).
-        time_step_s: f64,
-        /// The largest step that is accepted (s).
-        largest_s: f64,
-        /// What sets the bound.
-        cause: String,
-    },
-    /// A formula that is not that of a body.
-    #[error("{body}: {cause}")]
-    Surface {
-        /// The body.
-        body: BodyName,
-        /// What is wrong with it.
-        cause: SolidError,
-    },
-    /// Two bodies that could meet, without a law of contact for their shapes.
-    #[error("{a} and {b} could meet, and {reason}; pin {pins}, or leave one of them out")]
-    Shapes {
-        /// One body.
-        a: BodyName,
-        /// The other.
-        b: BodyName,
-        /// Why there is none.
-        reason: &'static str,
-        /// Which of them to pin.
-        pins: &'static str,
-    },
-    /// More bodies than 32-bit numbers can name.
-    #[error("{count} bodies: expected at most {largest}")]
-    TooManyBodies {
-        /// Bodies and planes in the scene.
-        count: usize,
-        /// The largest number.
-        largest: usize,
-    },
-}
-
 impl Model {
     /// Compiles a resolved scene. The plan says what the scene needs of the simulator and why.
     ///
@@ -181,7 +129,8 @@ impl Model {
             return Err(ModelError::TooManyBodies { count, largest: COUNT_MAX });
         }
         let mut model = Model::lay_out(scene)?;
-        surface::refuse_pairs(&model)?;
+        model.check_law()?;
+        polynomials::refuse_pairs(&model)?;
         let (features, plan) = plan::make(scene, &model, how.everything_on);
         model.features = features;
         model.linked_pairs = overlap::check_and_find_links(&model)?;
@@ -193,6 +142,15 @@ impl Model {
             return Err(ModelError::TimeStep { time_step_s, largest_s, cause });
         }
         Ok((model, plan))
+    }
+
+    /// Refuses shapes that the contact law has no answer for.
+    fn check_law(&self) -> Result<(), ModelError> {
+        let law = self.contact_law().name();
+        if self.contact_law() != ContactLaw::CentrelineArc && self.round_count() < self.body_count() {
+            return Err(ModelError::Law { law, body: self.body_name(self.round_count() as u32) });
+        }
+        Ok(())
     }
 
     /// Each body's mobility, once its links are known.
@@ -222,7 +180,7 @@ impl Model {
         let boxes = scene.boxes.iter().map(|b| Body::cuboid(b, material(&b.material), time_step));
         let mut bodies: Vec<Body> = rings.chain(spheres).chain(capsules).chain(boxes).collect();
         let mut initial = scene.initial_bodies();
-        let surfaces = surface::compile(scene, &mut initial)?;
+        let surfaces = polynomials::compile(scene, &mut initial)?;
         for ((number, polynomial), solid) in (0..).zip(&scene.polynomials).zip(&surfaces) {
             let material = material(&polynomial.material);
             bodies.push(Body::polynomial(polynomial, (solid, number), material, time_step));
@@ -264,6 +222,7 @@ impl Model {
             gravity: Vec3::from(gravity_m_per_s2),
             time: scene.time.clone(),
             method: scene.method.clone(),
+            seed: scene.seed,
             broad_phase: broad::choose(scene.method.broad_phase, bodies.len()).0,
             grid_radius,
             largest_time_step_s: f64::INFINITY,
@@ -300,7 +259,7 @@ impl Model {
     }
 
     /// The surface of a polynomial body.
-    pub(crate) fn surface(&self, number: u32) -> &Solid {
+    pub(crate) fn solid(&self, number: u32) -> &Solid {
         &self.surfaces[number as usize]
     }
 
@@ -358,6 +317,41 @@ impl Model {
     /// The integrator with its settings, and the law of contact.
     pub fn method(&self) -> &scene::Method {
         &self.method
+    }
+
+    /// The contact law.
+    pub fn contact_law(&self) -> ContactLaw {
+        self.method.contact_law
+    }
+
+    /// How the law `surface-integral` takes its integral.
+    pub(crate) fn surface(&self) -> &SurfaceIntegral {
+        &self.method.surface
+    }
+
+    /// The random numbers of a step, if the contact law draws some.
+    pub(crate) fn random_of_step(&self, step: u64) -> Option<random::Stream> {
+        let draws = self.contact_law() == ContactLaw::SurfaceIntegral
+            && self.surface().sampler != SurfaceSampler::Quadrature;
+        draws.then(|| random::Stream::new(self.seed, step, PURPOSE))
+    }
+
+    /// The law of the normal force of a contact whose first body is this one.
+    #[inline]
+    pub(crate) fn normal_law<'a>(&self, material: &'a PairMaterial, a: u32) -> &'a NormalLaw {
+        match self.contact_law() {
+            // Rings, and capsules and boxes.
+            ContactLaw::CentrelineArc
+                if (a as usize) < self.ring_count || (a as usize) >= self.round_count() =>
+            {
+                &material.line
+            }
+            ContactLaw::CentrelineArc | ContactLaw::CentrelineMinima => &material.point,
+            ContactLaw::SurfaceIntegral => match self.surface().average {
+                SurfaceAverage::Area => &material.surface,
+                SurfaceAverage::AllSamples => &material.point,
+            },
+        }
     }
 
     /// The name of a body or plane by its number in pairs.

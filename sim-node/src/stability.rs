@@ -10,6 +10,9 @@
 //! touches all round: `l = 2 pi R`. Damping: `C = c l + z k l d`, the latter a little too much for an arc.
 //! Friction adds its spring, and damping in proportion.
 //!
+//! Under `centreline-minima` each contact has its point stiffness. Under `surface-integral` the stiffness is the
+//! surface's times the area of the patch, `2 pi d / kappa` with the bendings of both wires, which grows with `d`.
+//!
 //! # From contacts to the fastest mode
 //! A contact acts on body `i` through its centre and a lever of at most `R`, so it moves it by at most
 //! `w_i = 1/m + R^2/I1` per unit of impulse. For all contacts together, by Cauchy's inequality for each
@@ -26,6 +29,8 @@
 //! # Limits
 //! An estimate, on the safe side for linked sheets (in hanging sheets blow-ups were seen from about twice
 //! the stiffness that it allows), but not a proof: wires that lie along each other have longer arcs.
+
+mod extent;
 
 use crate::body::Shape;
 use crate::contact::material::{NormalLaw, PairMaterial};
@@ -64,7 +69,7 @@ impl Stiffness {
 struct Contact<'a> {
     law: &'a NormalLaw,
     material: &'a PairMaterial,
-    /// Length of the contact arc (m); 1 for a point.
+    /// Length of the contact arc (m); 1 for a point; area of the patch under `surface-integral` (m^2).
     length: f64,
     /// Penetration for which it is stated (m).
     penetration: f64,
@@ -108,6 +113,7 @@ pub(crate) fn bound(scene: &Scene, model: &Model) -> Bound {
         let inverses = [body.inverse_mass, body.inverse_transverse, body.inverse_axial];
         let drag_rate =
             drags.iter().zip(inverses).map(|(drag, inverse)| drag.drag * inverse).fold(0.0, larger);
+        let drag_rate = drag_rate + quadratic_drag_rate(model, index);
         let largest = match scene.method.integrator {
             Integrator::Verlet => 2.0 / sum.spring.sqrt(),
             Integrator::Rk4 => RK4_RADIUS / (fastest(sum) + drag_rate),
@@ -124,6 +130,17 @@ pub(crate) fn bound(scene: &Scene, model: &Model) -> Bound {
         }
     }
     bound
+}
+
+/// The rate at which quadratic drag takes deviations of velocity, at the larger of terminal speed and speed at
+/// the start (1/s).
+fn quadratic_drag_rate(model: &Model, index: usize) -> f64 {
+    let body = &model.bodies()[index];
+    let gravity = model.gravity().norm_squared().sqrt();
+    let start = geometry::Vec3::from(model.initial_bodies()[index].linear_velocity_m_per_s);
+    let terminal =
+        if body.quadratic_drag > 0.0 { (body.mass_kg * gravity / body.quadratic_drag).sqrt() } else { 0.0 };
+    2.0 * body.quadratic_drag * body.inverse_mass * larger(terminal, start.norm_squared().sqrt())
 }
 
 /// The larger absolute value of the roots of `x^2 + damper x + spring`.
@@ -177,6 +194,7 @@ fn contacts(model: &Model) -> Vec<Stiffness> {
 
 /// Two rings with crossed wires.
 fn crossing(model: &Model, a: u32, b: u32) -> Contact<'_> {
+    let first = a;
     let material = model.pair_material(a, b);
     let (a, b) = (&model.bodies()[a as usize], &model.bodies()[b as usize]);
     let reach = a.minor_radius + b.minor_radius;
@@ -186,10 +204,11 @@ fn crossing(model: &Model, a: u32, b: u32) -> Contact<'_> {
     let crossed = 2.0 * (2.0 * penetration / curvature).sqrt();
     // Wires nearly as thick as their ring bend around each other all the way.
     let length = if curvature > 0.0 && crossed < whole { crossed } else { whole };
+    let area = extent::crossed_area(a, b, penetration);
     Contact {
-        law: &material.line,
+        law: model.normal_law(material, first),
         material,
-        length,
+        length: extent::of(model, length, area, a),
         penetration,
         normal_mobility: a.mobility_at(a.major_radius) + b.mobility_at(b.major_radius),
         tangent_mobility: a.mobility_at(a.bounding_radius) + b.mobility_at(b.bounding_radius),
@@ -210,11 +229,17 @@ fn obstacle(model: &Model, index: usize, other: usize) -> Contact<'_> {
         }
         None => (body.minor_radius, 0.0, 0.0),
     };
+    let penetration = REFERENCE_PENETRATION * thinner;
+    // A sphere by Hertz's law: its slope at that depth, as so many of the point law's springs.
+    let hertz = 2.0 * material.sphere_modulus * (body.minor_radius * penetration).sqrt();
+    let point = if hertz > 0.0 { hertz / material.point.stiffness } else { 1.0 };
+    let length = if ring { 2.0 * PI * body.major_radius } else { point };
+    let area = extent::resting_area(body, penetration);
     Contact {
-        law: if ring { &material.line } else { &material.point },
+        law: model.normal_law(material, low as u32),
         material,
-        length: if ring { 2.0 * PI * body.major_radius } else { 1.0 },
-        penetration: REFERENCE_PENETRATION * thinner,
+        length: extent::of(model, length, area, body),
+        penetration,
         normal_mobility: body.inverse_mass + other_normal,
         tangent_mobility: body.mobility_at(body.bounding_radius) + other_tangent,
     }

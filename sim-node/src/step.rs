@@ -4,7 +4,7 @@ use crate::forces::SlipMotion;
 use crate::integrator::{dopri5, rk4, verlet};
 use crate::model::BodyName;
 use crate::state::Motion;
-use crate::{Model, Scratch, State, motion, wrench::Velocity};
+use crate::{Model, Scratch, State, drag, motion, wrench::Velocity};
 use geometry::Circle;
 use schemas::scene::Integrator;
 use schemas::state::BodyState;
@@ -83,17 +83,38 @@ pub enum Stop {
 pub fn step(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(), Stop> {
     assert_eq!(state.bodies.len(), model.body_count(), "bodies of the state and of the model");
     assert_eq!(scratch.moment.circles.len(), model.body_count(), "bodies of the scratch and of the model");
+    scratch.moment.random = model.random_of_step(state.step);
     scratch.drive_work_j = 0.0;
-    match model.integrator() {
-        Integrator::Verlet => verlet::advance(model, state, scratch),
-        Integrator::Rk4 => rk4::advance(model, state, scratch),
-        Integrator::Dopri5 => dopri5::advance(model, state, scratch)?,
-    }
+    let finite = match model.integrator() {
+        Integrator::Verlet => advance_verlet(model, state, scratch),
+        Integrator::Rk4 => {
+            rk4::advance(model, state, scratch);
+            false
+        }
+        Integrator::Dopri5 => {
+            dopri5::advance(model, state, scratch)?;
+            false
+        }
+    };
     state.step += 1;
     state.sim_time_s = state.step as f64 * model.time().time_step_s;
     state.dissipated_energy_j += 0.0;
     motion::store(model, state.sim_time_s, &mut state.bodies);
-    check_finite(model, state)
+    if finite { Ok(()) } else { check_finite(model, state) }
+}
+
+/// A step of `verlet`, between two half steps of quadratic drag where there is any. Returns whether all
+/// numbers are finite.
+fn advance_verlet(model: &Model, state: &mut State, scratch: &mut Scratch) -> bool {
+    let half = 0.5 * model.time().time_step_s;
+    if model.features.quadratic_drag {
+        state.dissipated_energy_j += drag::slow(model, state, half);
+    }
+    let finite = verlet::advance(model, state, scratch);
+    if model.features.quadratic_drag {
+        state.dissipated_energy_j += drag::slow(model, state, half);
+    }
+    finite
 }
 
 /// Evaluates the contact forces at a state without moving it, so that the state can be recorded: needed for
@@ -105,6 +126,7 @@ pub fn evaluate(model: &Model, state: &State, scratch: &mut Scratch) {
             Circle::from_pose(motion.position, &motion.orientation, body.major_radius);
         scratch.moment.velocities[index] = Velocity { linear: motion.linear, angular: motion.angular };
     }
+    scratch.moment.random = model.random_of_step(state.step);
     let velocities = scratch.moment.velocities.as_slice();
     let slip = SlipMotion { since: (velocities, 0.0), kept: (velocities, 0.0) };
     let pool = scratch.pool.as_ref();

@@ -118,7 +118,7 @@ impl Solid {
         let spacing = 2.0 * self.bound / f64::from(SAMPLE_LINES) * self.scale;
         let (mut radius_squared, mut half) = (0.0, Vec3::zeros());
         for sample in &self.samples {
-            let local = self.from_formula(sample);
+            let local = self.formula_to_body(sample);
             let squared = local.norm_squared();
             radius_squared = if squared > radius_squared { squared } else { radius_squared };
             half = half.zip_map(&local, |a, b| if b.abs() > a { b.abs() } else { a });
@@ -154,22 +154,22 @@ impl Solid {
         (self.centre * self.scale, UnitQuaternion::from_rotation_matrix(&self.rotation))
     }
 
-    fn to_formula(&self, point: &Vec3) -> Vec3 {
+    fn body_to_formula(&self, point: &Vec3) -> Vec3 {
         self.rotation * (point / self.scale) + self.centre
     }
 
-    fn from_formula(&self, point: &Vec3) -> Vec3 {
+    fn formula_to_body(&self, point: &Vec3) -> Vec3 {
         self.rotation.inverse_transform_vector(&(point - self.centre)) * self.scale
     }
 
     /// Whether a point is inside.
     pub fn contains(&self, point: &Vec3) -> bool {
-        self.polynomial.value(&self.to_formula(point)) < 0.0
+        self.polynomial.value(&self.body_to_formula(point)) < 0.0
     }
 
     /// The outward unit normal at the nearest point of the surface, and the signed distance from it: negative inside (m).
     pub fn distance(&self, point: &Vec3) -> (Vec3, f64) {
-        let p = self.to_formula(point);
+        let p = self.body_to_formula(point);
         let nearest = self.nearest_to(&p);
         let inside = self.polynomial.value(&p) < 0.0;
         let distance = nearest.distance * self.scale;
@@ -179,8 +179,8 @@ impl Solid {
 
     /// The nearest point of the surface, and whether it meets the conditions within the tolerance.
     pub fn closest_point(&self, point: &Vec3) -> (Vec3, bool) {
-        let nearest = self.nearest_to(&self.to_formula(point));
-        (self.from_formula(&nearest.point), nearest.converged)
+        let nearest = self.nearest_to(&self.body_to_formula(point));
+        (self.formula_to_body(&nearest.point), nearest.converged)
     }
 
     fn nearest_to(&self, p: &Vec3) -> Stationary {
@@ -268,7 +268,7 @@ impl Solid {
 
     /// Outward unit normal at a point of the surface.
     pub fn normal(&self, point: &Vec3) -> Vec3 {
-        let (_, gradient) = self.polynomial.value_and_gradient(&self.to_formula(point));
+        let (_, gradient) = self.polynomial.value_and_gradient(&self.body_to_formula(point));
         let length = gradient.norm_squared().sqrt();
         let unit = if length > 0.0 { gradient * (1.0 / length) } else { Vec3::x() };
         self.rotation.inverse_transform_vector(&unit)

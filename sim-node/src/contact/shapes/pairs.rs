@@ -37,7 +37,7 @@ impl<'a> Placed<'a> {
         let core = match self.body.shape {
             Shape::Capsule { half_length_m, .. } => Core::Segment(half_length_m),
             Shape::Box { core_m, .. } => Core::Cuboid(core_m),
-            Shape::Polynomial { surface, .. } => Core::Surface(self.model.surface(surface)),
+            Shape::Polynomial { surface, .. } => Core::Surface(self.model.solid(surface)),
             Shape::Ring { .. } | Shape::Sphere { .. } => Core::Segment(0.0),
         };
         Field { core, frame: self.frame, radius: self.body.minor_radius }
