@@ -21,5 +21,6 @@ mod scenes;
 mod sheet;
 mod solids;
 mod support;
+mod surfaces;
 mod top;
 mod weaves;
