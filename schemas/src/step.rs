@@ -25,6 +25,10 @@ pub struct StepRecord {
     pub dissipated_energy_j: f64,
     /// Largest penetration found by the force quadrature, in metres; 0 without contact.
     pub penetration_m: f64,
+    /// Estimated error of one step from this state (m): how far apart one step and two half steps put a body,
+    /// at most; with `record.error_estimate` at frame times and at the last step.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error_estimate_m: Option<f64>,
     /// The audit, made at frame times and at the last step.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub audit: Option<Audit>,
@@ -76,4 +80,4 @@ impl StageHashes {
 }
 
 /// JSON Schema of [`StepRecord`], written beside its channel.
-pub const STEP_JSON_SCHEMA: &str = r#"{"title":"chainmail.Step","type":"object","properties":{"step":{"type":"integer"},"sim_time_s":{"type":"number"},"candidate_pairs":{"type":"integer"},"contacts":{"type":"integer"},"kinetic_energy_j":{"type":"number"},"gravity_energy_j":{"type":"number"},"contact_energy_j":{"type":"number"},"dissipated_energy_j":{"type":"number"},"penetration_m":{"type":"number"},"audit":{"type":"object","properties":{"links":{"type":"integer"},"links_intact":{"type":"integer"},"gap_min_m":{"type":["number","null"]}}},"stages":{"type":"object","properties":{"candidate_pairs":{"type":"string"},"contacts":{"type":"string"},"forces":{"type":"string"},"state":{"type":"string"}}},"state_hash":{"type":"string"},"chained_hash":{"type":"string"}}}"#;
+pub const STEP_JSON_SCHEMA: &str = r#"{"title":"chainmail.Step","type":"object","properties":{"step":{"type":"integer"},"sim_time_s":{"type":"number"},"candidate_pairs":{"type":"integer"},"contacts":{"type":"integer"},"kinetic_energy_j":{"type":"number"},"gravity_energy_j":{"type":"number"},"contact_energy_j":{"type":"number"},"dissipated_energy_j":{"type":"number"},"penetration_m":{"type":"number"},"error_estimate_m":{"type":"number"},"audit":{"type":"object","properties":{"links":{"type":"integer"},"links_intact":{"type":"integer"},"gap_min_m":{"type":["number","null"]}}},"stages":{"type":"object","properties":{"candidate_pairs":{"type":"string"},"contacts":{"type":"string"},"forces":{"type":"string"},"state":{"type":"string"}}},"state_hash":{"type":"string"},"chained_hash":{"type":"string"}}}"#;

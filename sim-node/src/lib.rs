@@ -10,6 +10,7 @@
 mod body;
 pub mod broad;
 mod contact;
+mod estimate;
 mod forces;
 mod integrator;
 mod model;
@@ -23,6 +24,7 @@ mod scratch;
 mod stability;
 mod state;
 mod step;
+mod subdivide;
 mod wrench;
 
 pub use body::{Body, Shape};

@@ -7,7 +7,7 @@ use crate::plan::Features;
 use crate::{overlap, plan, stability};
 use geometry::{Circle, Vec3};
 use schemas::plan::Plan;
-use schemas::scene::{self, Forces, Integrator, Material, Scene, Time};
+use schemas::scene::{self, Forces, Integrator, Material, OnRisk, Scene, Time};
 use schemas::state::BodyState;
 use std::fmt;
 
@@ -25,6 +25,7 @@ pub struct Model {
     gravity: Vec3,
     time: Time,
     method: scene::Method,
+    error_estimate: bool,
     broad_phase: Method,
     grid_radius: f64,
     largest_time_step_s: f64,
@@ -91,7 +92,7 @@ pub enum ModelError {
     /// The time step is too long for the stiffest contact, for drag or for spin.
     #[error(
         "time.time_step_s = {time_step_s:e}: expected at most {largest_s:e} s, the bound set by {cause}; \
-         take a smaller step or a softer material"
+         take a smaller step (or \"auto\"), a softer material, or method.on_risk = \"subdivide\""
     )]
     TimeStep {
         /// The step as given (s).
@@ -143,17 +144,31 @@ impl Model {
             return Err(ModelError::TooManyBodies { count, largest: COUNT_MAX });
         }
         let mut model = Model::lay_out(scene);
-        let (features, plan) = plan::make(scene, &model, how.everything_on);
+        let (features, mut plan) = plan::make(scene, &model, how.everything_on);
         model.features = features;
         model.linked_pairs = overlap::check_and_find_links(&model)?;
         model.count_contacts();
         let stability::Bound { largest_s, cause } = stability::bound(scene, &model);
         model.largest_time_step_s = largest_s;
-        let time_step_s = scene.time.time_step_s;
-        if time_step_s > largest_s && !how.beyond_stability_bound {
+        if scene.time.automatic {
+            model = model.with_time_step(stability::automatic_step(&scene.time, largest_s));
+            model.time.automatic = false;
+        }
+        let time_step_s = model.time.time_step_s;
+        let in_parts = model.method.on_risk == OnRisk::Subdivide;
+        if time_step_s > largest_s && !how.beyond_stability_bound && !in_parts {
             return Err(ModelError::TimeStep { time_step_s, largest_s, cause });
         }
+        plan::time_step(scene, largest_s, &cause, time_step_s, &mut plan);
         Ok((model, plan))
+    }
+
+    /// The same model with another time step (s), whatever its stability bound.
+    pub(crate) fn with_time_step(&self, time_step_s: f64) -> Model {
+        let mut model = self.clone();
+        model.time.time_step_s = time_step_s;
+        model.bodies.iter_mut().for_each(|body| body.take_time_step(time_step_s));
+        model
     }
 
     /// Each body's mobility, once its links are known.
@@ -206,6 +221,7 @@ impl Model {
             gravity: Vec3::from(gravity_m_per_s2),
             time: scene.time.clone(),
             method: scene.method.clone(),
+            error_estimate: scene.record.error_estimate,
             broad_phase: broad::choose(scene.method.broad_phase, bodies.len()).0,
             grid_radius,
             largest_time_step_s: f64::INFINITY,
@@ -268,6 +284,11 @@ impl Model {
     /// The integrator with its settings, and the law of contact.
     pub fn method(&self) -> &scene::Method {
         &self.method
+    }
+
+    /// Whether records hold an estimate of a step's error.
+    pub fn estimates_error(&self) -> bool {
+        self.error_estimate
     }
 
     /// The name of a body or plane by its number in pairs.

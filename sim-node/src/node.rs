@@ -237,6 +237,8 @@ pub fn run(
         scene.seed = seed;
     }
     let (model, plan) = Model::compile(&scene).map_err(|source| NodeError::Model { path: path(), source })?;
+    // The log holds the step that was taken, also where the file leaves it open.
+    scene.time = model.time().clone();
     let message = scene_message(scene.clone(), plan);
     let bytes = MessageBytes { scene: message.len(), state: state_bytes(&model) };
     let mut taking_part = Vec::new();

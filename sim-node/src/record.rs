@@ -2,7 +2,7 @@
 
 use crate::overlap::gap;
 use crate::state::Motion;
-use crate::{Model, Scratch, State, Stop};
+use crate::{Model, Scratch, State, Stop, estimate};
 use geometry::circle::linked;
 use geometry::rotation;
 use schemas::step::{Audit, StageHashes, StepRecord};
@@ -82,6 +82,8 @@ impl Records {
             contact_energy_j: contact_energy(model, state, scratch),
             dissipated_energy_j: state.dissipated_energy_j,
             penetration_m,
+            error_estimate_m: (audited && model.estimates_error())
+                .then(|| estimate::step_error(model, state)),
             audit: audited.then(|| audit(model, state)),
             stages: self.stages(scratch, &state_hash),
             state_hash,

@@ -9,6 +9,7 @@ use geometry::{Circle, Vec3};
 use nalgebra::UnitQuaternion;
 use schemas::scene::Integrator;
 use schemas::state::ContactState;
+use std::collections::BTreeMap;
 
 /// Bodies below which threads are not worth their waking up.
 const PARALLEL_BODIES: usize = 1000;
@@ -26,6 +27,8 @@ pub struct Scratch {
     pub(crate) evaluation_age_s: f64,
     /// Of the explicit Runge-Kutta methods.
     pub(crate) stages: Stages,
+    /// The model with a step halved so many times, where the step is subdivided.
+    pub(crate) parts: BTreeMap<usize, Model>,
     pub(crate) pool: Option<rayon::ThreadPool>,
 }
 
@@ -51,6 +54,7 @@ impl Scratch {
             precession: vec![(Vec3::zeros(), 0.0); count],
             evaluation_age_s: 0.0,
             stages: Stages::new(if stages > 0 { count } else { 0 }, stages),
+            parts: BTreeMap::new(),
             pool: pool.flatten(),
         }
     }

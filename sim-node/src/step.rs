@@ -4,9 +4,10 @@ use crate::forces::SlipMotion;
 use crate::integrator::{dopri5, rk4, verlet};
 use crate::model::BodyName;
 use crate::state::Motion;
+use crate::subdivide::advance_in_parts;
 use crate::{Model, Scratch, State, wrench::Velocity};
 use geometry::Circle;
-use schemas::scene::Integrator;
+use schemas::scene::{Integrator, OnRisk};
 use schemas::state::BodyState;
 
 /// Why a run cannot go on. The state is left as it was when this was noticed.
@@ -83,15 +84,26 @@ pub enum Stop {
 pub fn step(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(), Stop> {
     assert_eq!(state.bodies.len(), model.body_count(), "bodies of the state and of the model");
     assert_eq!(scratch.moment.circles.len(), model.body_count(), "bodies of the scratch and of the model");
-    match model.integrator() {
-        Integrator::Verlet => verlet::advance(model, state, scratch),
-        Integrator::Rk4 => rk4::advance(model, state, scratch),
-        Integrator::Dopri5 => dopri5::advance(model, state, scratch)?,
+    let in_parts = model.method().on_risk == OnRisk::Subdivide && model.integrator() != Integrator::Dopri5;
+    if in_parts {
+        advance_in_parts(model, state, scratch)?
+    } else {
+        advance(model, state, scratch)?
     }
     state.step += 1;
     state.sim_time_s = state.step as f64 * model.time().time_step_s;
     state.dissipated_energy_j += 0.0;
     check_finite(model, state)
+}
+
+/// One step of the model's length; step number and time are the caller's.
+pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(), Stop> {
+    match model.integrator() {
+        Integrator::Verlet => verlet::advance(model, state, scratch),
+        Integrator::Rk4 => rk4::advance(model, state, scratch),
+        Integrator::Dopri5 => dopri5::advance(model, state, scratch)?,
+    }
+    Ok(())
 }
 
 /// Evaluates the contact forces at a state without moving it, so that the state can be recorded: needed for
@@ -110,7 +122,7 @@ pub fn evaluate(model: &Model, state: &State, scratch: &mut Scratch) {
     scratch.evaluation_age_s = 0.0;
 }
 
-fn check_finite(model: &Model, state: &State) -> Result<(), Stop> {
+pub(crate) fn check_finite(model: &Model, state: &State) -> Result<(), Stop> {
     for (index, body) in state.bodies.iter().enumerate() {
         let numbers: &[f64; 13] = bytemuck::cast_ref(body);
         // A sum is finite only if all its parts are (and it may overflow where they are: looked at below).

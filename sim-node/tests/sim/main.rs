@@ -13,5 +13,6 @@ mod golden;
 mod node;
 mod refusals;
 mod sheet;
+mod steps;
 mod support;
 mod top;
