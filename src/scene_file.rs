@@ -9,8 +9,7 @@ use std::path::Path;
 pub fn load(path: &Path, overrides: &[String], seed: Option<u64>) -> Result<(Scene, String), Failure> {
     let text = fs::read_to_string(path)
         .map_err(|error| Failure::input(format!("cannot read the scene {}: {error}", path.display())))?;
-    let mut scene = Scene::parse(&text, overrides)
+    let scene = Scene::parse_seeded(&text, overrides, seed)
         .map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
-    scene.seed = seed.unwrap_or(scene.seed);
     Ok((scene, text))
 }

@@ -34,11 +34,14 @@
 pub mod aabb;
 pub mod arc;
 pub mod bernstein;
+pub mod capsule;
 pub mod circle;
+pub mod cuboid;
 pub mod gauss;
 pub mod lanes;
 pub mod plane;
 pub mod rotation;
+pub mod span;
 pub mod sphere;
 pub mod torus;
 

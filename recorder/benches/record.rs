@@ -86,6 +86,8 @@ fn messages(scene: Scene) -> Vec<Message<'static>> {
             dissipated_energy_j: value(4),
             penetration_m: 1e-4,
             error_estimate_m: None,
+            drive_work_j: None,
+            reactions: None,
             audit: None,
             stages,
             state_hash,

@@ -195,7 +195,7 @@ impl Checker {
             return Err(self.misplaced(Kind::State, &format!("it is of step {}", header.step), &expected));
         }
         if let Some(scene) = &self.scene
-            && let Err(reason) = check_lengths(&message.bytes, scene.rings.len() + scene.spheres.len())
+            && let Err(reason) = check_lengths(&message.bytes, scene.body_count())
         {
             return Err(self.malformed(message, reason));
         }

@@ -26,6 +26,10 @@ pub struct Summary {
     pub rings: usize,
     /// Spheres in the scene.
     pub spheres: usize,
+    /// Capsules in the scene.
+    pub capsules: usize,
+    /// Boxes in the scene.
+    pub boxes: usize,
     /// Steps done (step 0 is not one).
     pub steps: u64,
     /// Steps that the scene asks for.
@@ -71,7 +75,9 @@ pub struct Energy {
     pub end_j: f64,
     /// Energy taken out by damping, friction and drag, in joules.
     pub dissipated_j: f64,
-    /// Energy from nowhere: end + dissipated - start, in joules.
+    /// Work of prescribed motions since the start, in joules.
+    pub drive_work_j: f64,
+    /// Energy from nowhere: end + dissipated - start - work of prescribed motions, in joules.
     pub drift_j: f64,
     /// The largest drift of any step, by amount, in joules.
     pub drift_max_j: f64,
@@ -106,6 +112,8 @@ impl Summary {
             seed: scene.seed,
             rings: scene.rings.len(),
             spheres: scene.spheres.len(),
+            capsules: scene.capsules.len(),
+            boxes: scene.boxes.len(),
             steps: counts.step_records.saturating_sub(1),
             steps_planned: scene.time.step_count(),
             sim_time_s: sums.sim_time_s,
@@ -175,23 +183,28 @@ impl Sums {
         let first = self.first.get_or_insert_with(|| step.clone());
         let start_j = total_j(first);
         let end_j = total_j(step);
-        let drift_j = end_j + step.dissipated_energy_j - start_j;
+        let before_j = self.energy.map_or(0.0, |energy| energy.drive_work_j);
+        let drive_work_j = before_j + step.drive_work_j.unwrap_or(0.0);
+        let drift_j = end_j + step.dissipated_energy_j - start_j - drive_work_j;
         let exchanged_j = [
             step.kinetic_energy_j,
             step.contact_energy_j,
             step.dissipated_energy_j,
+            drive_work_j,
             step.gravity_energy_j - first.gravity_energy_j,
         ];
         let mut energy = self.energy.unwrap_or(Energy {
             start_j,
             end_j,
             dissipated_j: 0.0,
+            drive_work_j,
             drift_j: 0.0,
             drift_max_j: 0.0,
             exchanged_max_j: 0.0,
             drift_max_share: 0.0,
         });
         (energy.end_j, energy.dissipated_j, energy.drift_j) = (end_j, step.dissipated_energy_j, drift_j);
+        energy.drive_work_j = drive_work_j;
         if drift_j.abs() > energy.drift_max_j.abs() {
             energy.drift_max_j = drift_j;
         }
@@ -220,10 +233,18 @@ impl fmt::Display for Summary {
         line("log", format!("{} ({})", self.file, bytes_text(self.file_bytes)))?;
         line("written by", format!("{} {}, seed {}", self.program, self.version, self.seed))?;
         let plural =
-            |count: usize, name: &str| format!("{count} {name}{}", if count == 1 { "" } else { "s" });
-        let spheres =
-            if self.spheres > 0 { format!(", {}", plural(self.spheres, "sphere")) } else { String::new() };
-        line("bodies", format!("{}{spheres}", plural(self.rings, "ring")))?;
+            |count: usize, one: &str, many: &str| format!("{count} {}", if count == 1 { one } else { many });
+        let mut bodies = plural(self.rings, "ring", "rings");
+        for (count, one, many) in [
+            (self.spheres, "sphere", "spheres"),
+            (self.capsules, "capsule", "capsules"),
+            (self.boxes, "box", "boxes"),
+        ] {
+            if count > 0 {
+                bodies += &format!(", {}", plural(count, one, many));
+            }
+        }
+        line("bodies", bodies)?;
         let planned = if self.steps == self.steps_planned {
             String::new()
         } else {
@@ -246,6 +267,9 @@ impl fmt::Display for Summary {
                     energy.start_j, energy.end_j, energy.dissipated_j
                 ),
             )?;
+            if energy.drive_work_j != 0.0 {
+                line("work of motions", format!("{:.6e} J", energy.drive_work_j))?;
+            }
             line(
                 "energy drift",
                 format!(

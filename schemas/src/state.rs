@@ -24,7 +24,8 @@ pub struct StateHeader {
     pub state_hash: Hash,
 }
 
-/// One moving body: rings first, in scene order, then spheres. 104 bytes. World frame, SI units.
+/// One moving body: rings first, then spheres, capsules and boxes, each in scene order. 104 bytes. World frame, SI
+/// units.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Pod, Zeroable, Serialize, Deserialize)]
 #[repr(C)]
 pub struct BodyState {
@@ -66,7 +67,7 @@ pub struct ContactState {
 pub struct StateMessage {
     /// Step, time and hash.
     pub header: StateHeader,
-    /// Rings, then spheres.
+    /// Rings, spheres, capsules, boxes.
     pub bodies: Vec<BodyState>,
     /// Contact history; empty without friction.
     pub contacts: Vec<ContactState>,

@@ -29,6 +29,13 @@ pub struct StepRecord {
     /// at most; with `record.error_estimate` at frame times and at the last step.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error_estimate_m: Option<f64>,
+    /// Work that prescribed motions did in this step on the bodies that they do not move themselves, in
+    /// joules; `None` in a scene without them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drive_work_j: Option<f64>,
+    /// What pins and prescribed motions bear; `None` unless the scene asks for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reactions: Option<Reactions>,
     /// The audit, made at frame times and at the last step.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub audit: Option<Audit>,
@@ -38,6 +45,44 @@ pub struct StepRecord {
     pub state_hash: Hash,
     /// The chained hash up to this step.
     pub chained_hash: Hash,
+}
+
+/// What holds the mail, and what it bears: contact forces and weight, not the inertia of a driven body.
+///
+/// Of the step's force evaluation: for `verlet` in the middle of the step. World axes; a force down is a pull
+/// down on the holder. At rest all forces together are the weight of everything held.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
+pub struct Reactions {
+    /// Each pinned body, in order.
+    pub pins: Vec<PinReaction>,
+    /// Each prescribed motion, by name.
+    pub motions: Vec<MotionReaction>,
+}
+
+/// What a pinned body's support bears.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PinReaction {
+    /// The body's number in the state.
+    pub body: u32,
+    /// Force, in newtons.
+    pub force_n: [f64; 3],
+    /// Torque about the body's centre, in newton metres.
+    pub torque_n_m: [f64; 3],
+}
+
+/// What a prescribed motion bears: the sum over the bodies that follow it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MotionReaction {
+    /// Its name in the scene.
+    pub motion: String,
+    /// Its translation at that moment, in metres.
+    pub translation_m: [f64; 3],
+    /// Its angle, in radians.
+    pub angle_rad: f64,
+    /// Force, in newtons.
+    pub force_n: [f64; 3],
+    /// Torque about its pivot, which the translation carries along, in newton metres.
+    pub torque_n_m: [f64; 3],
 }
 
 /// What is checked at each frame time.
@@ -80,4 +125,4 @@ impl StageHashes {
 }
 
 /// JSON Schema of [`StepRecord`], written beside its channel.
-pub const STEP_JSON_SCHEMA: &str = r#"{"title":"chainmail.Step","type":"object","properties":{"step":{"type":"integer"},"sim_time_s":{"type":"number"},"candidate_pairs":{"type":"integer"},"contacts":{"type":"integer"},"kinetic_energy_j":{"type":"number"},"gravity_energy_j":{"type":"number"},"contact_energy_j":{"type":"number"},"dissipated_energy_j":{"type":"number"},"penetration_m":{"type":"number"},"error_estimate_m":{"type":"number"},"audit":{"type":"object","properties":{"links":{"type":"integer"},"links_intact":{"type":"integer"},"gap_min_m":{"type":["number","null"]}}},"stages":{"type":"object","properties":{"candidate_pairs":{"type":"string"},"contacts":{"type":"string"},"forces":{"type":"string"},"state":{"type":"string"}}},"state_hash":{"type":"string"},"chained_hash":{"type":"string"}}}"#;
+pub const STEP_JSON_SCHEMA: &str = r#"{"title":"chainmail.Step","type":"object","properties":{"step":{"type":"integer"},"sim_time_s":{"type":"number"},"candidate_pairs":{"type":"integer"},"contacts":{"type":"integer"},"kinetic_energy_j":{"type":"number"},"gravity_energy_j":{"type":"number"},"contact_energy_j":{"type":"number"},"dissipated_energy_j":{"type":"number"},"penetration_m":{"type":"number"},"error_estimate_m":{"type":"number"},"drive_work_j":{"type":"number"},"reactions":{"type":"object","properties":{"pins":{"type":"array","items":{"type":"object","properties":{"body":{"type":"integer"},"force_n":{"type":"array","items":{"type":"number"}},"torque_n_m":{"type":"array","items":{"type":"number"}}}}},"motions":{"type":"array","items":{"type":"object","properties":{"motion":{"type":"string"},"translation_m":{"type":"array","items":{"type":"number"}},"angle_rad":{"type":"number"},"force_n":{"type":"array","items":{"type":"number"}},"torque_n_m":{"type":"array","items":{"type":"number"}}}}}}},"audit":{"type":"object","properties":{"links":{"type":"integer"},"links_intact":{"type":"integer"},"gap_min_m":{"type":["number","null"]}}},"stages":{"type":"object","properties":{"candidate_pairs":{"type":"string"},"contacts":{"type":"string"},"forces":{"type":"string"},"state":{"type":"string"}}},"state_hash":{"type":"string"},"chained_hash":{"type":"string"}}}"#;

@@ -49,6 +49,77 @@ fn weaves_are_laid_out_before_explicit_rings() {
 }
 
 #[test]
+fn motions_are_named_by_rings_and_grips() {
+    let motion = [
+        "motion.pull.keyframe=[{ time_s = 1.0, translation_m = [0.0, 1.0, -0.0] }]",
+        "motion.pull.axis=[0.0, 0.0, 1.0000001]",
+        "weave.0.grip=[{ motion = \"pull\", rows = [2] }]",
+        "ring.0.motion=\"pull\"",
+    ];
+    let scene = parse(&motion);
+    let motions: Vec<_> = scene.rings.iter().map(|ring| ring.motion.is_some()).collect();
+    assert_eq!(motions, [false, false, false, false, true, true, true]);
+    assert_eq!(scene.motions["pull"].axis, [0.0, 0.0, 1.0]);
+    assert!(scene.motions["pull"].keyframes[0].translation_m[2].is_sign_positive());
+    let refused = |more: &str, parts: &[&str]| {
+        let mut overrides = motion.to_vec();
+        overrides.push(more);
+        let message = error(SMALL, &overrides);
+        assert!(
+            parts.iter().all(|part| message.contains(part)),
+            "{more} says {message:?}, without {parts:?}"
+        );
+    };
+    refused("ring.0.motion=\"pul\"", &["ring[0].motion", "no such motion", "did you mean \"pull\"?"]);
+    refused("ring.0.pinned=true", &["ring[0].motion", "pinned"]);
+    refused("weave.0.pins=[[2, 1]]", &["weave[0].grip", "ring [2, 1] held more than once"]);
+    refused("weave.0.grip.0.rows=[3]", &["weave[0].grip[0].rows = 3", "below 3"]);
+    refused("weave.0.grip.0.columns=[2]", &["weave[0].grip[0].columns = 2", "below 2"]);
+    refused("weave.0.grip.0.rings=[[0, 2]]", &["weave[0].grip[0].rings", "below [3, 2]"]);
+    refused("weave.0.grip.0.motion=\"x\"", &["weave[0].grip[0].motion", "no such motion"]);
+    refused("motion.pull.axis=[0.0, 0.0, 0.0]", &["motion.pull.axis", "length 1"]);
+    refused("motion.pull.pivot_m=[nan, 0.0, 0.0]", &["motion.pull.pivot_m", "finite"]);
+    for time in ["0.0", "-1.0", "nan", "inf"] {
+        let more = format!("motion.pull.keyframe.0.time_s={time}");
+        refused(&more, &["motion.pull.keyframe[0].time_s", "positive"]);
+    }
+    refused(
+        "motion.pull.keyframe=[{ time_s = 1.0 }, { time_s = 1.0 }]",
+        &["motion.pull.keyframe[1].time_s = 1.0", "more than 1.0"],
+    );
+    refused("motion.pull.keyframe.0.angle_rad=inf", &["keyframe[0].angle_rad", "finite"]);
+    refused("motion.pull.keyframe.0.translation_m=[0.0, inf, 0.0]", &["translation_m", "finite"]);
+    refused("motion.pull.shake={ frequency_hz = 0.0 }", &["motion.pull.shake.frequency_hz", "positive"]);
+    refused("motion.pull.shake={ frequency_hz = 1.0, ramp_s = -1.0 }", &["shake.ramp_s", "0 or a positive"]);
+    refused("motion.pull.shake={ frequency_hz = 1.0, start_s = nan }", &["shake.start_s"]);
+    refused("motion.pull.shake={ frequency_hz = 1.0, angle_rad = nan }", &["shake.angle_rad"]);
+}
+
+#[test]
+fn rings_are_left_out_by_seed() {
+    let count = |overrides: &[&str]| parse(overrides).rings.len();
+    assert_eq!(count(&["weave.0.rows=30", "weave.0.columns=10", "weave.0.remove_share=0.1"]), 271);
+    let left = |seed: u64| {
+        let overrides = ["weave.0.rows=30".to_owned(), "weave.0.remove_share=0.25".to_owned()];
+        let scene = Scene::parse_seeded(SMALL, &overrides, Some(seed)).expect("the small scene is right");
+        assert_eq!(scene.seed, seed);
+        // The two pins are never taken.
+        assert!(scene.rings[0].pinned && scene.rings[1].pinned);
+        scene.rings
+    };
+    assert_eq!(left(1), left(1));
+    assert_ne!(left(1), left(2));
+    assert_eq!(left(1).len(), 46);
+}
+
+#[test]
+fn whole_rows_are_pinned() {
+    let scene = parse(&["weave.0.pin_rows=[2]"]);
+    let pinned: Vec<_> = scene.rings.iter().map(|ring| ring.pinned).collect();
+    assert_eq!(pinned, [true, true, false, false, true, true, false]);
+}
+
+#[test]
 fn resolved_scene_survives_json_bit_for_bit() {
     let scene = parse(&["weave.0.rotation_rad=[0.1, 0.2, 0.3]", "time.time_step_s=0.00041666666666666664"]);
     let text = serde_json::to_string(&scene).expect("a scene is JSON");
@@ -109,6 +180,41 @@ fn refusals_name_key_value_and_expectation() {
         (&["ring.0.position_m=[1e13,0.0,0.0]"], &["ring[0].position_m", "1e12"]),
         (&["ring.0.material=\"stel\""], &["ring[0].material", "stel", "did you mean \"steel\"?"]),
         (&["weave.0.pins=[[3,0]]"], &["weave[0].pins", "[3, 0]", "below [3, 2]"]),
+        (&["weave.0.pin_rows=[3]"], &["weave[0].pin_rows = 3", "below 3"]),
+        (&["weave.0.remove_share=1.0"], &["weave[0].remove_share = 1.0", "less than 1"]),
+        (&["weave.0.remove_share=-0.1"], &["weave[0].remove_share", "0 or more"]),
+        (&["weave.0.remove_share=nan"], &["weave[0].remove_share", "0 or more"]),
+        (
+            &["weave.0.minor_radius_m=0.1"],
+            &["weave[0].minor_radius_m = 0.1:", "less than 0.1", "0.25 major radii"],
+        ),
+        (
+            &["weave.0.pattern=european-6-in-1", "weave.0.minor_radius_m=0.08"],
+            &["weave[0].minor_radius_m", "0.185 major radii", "european-6-in-1"],
+        ),
+        (&["weave.0.pattern=chain", "weave.0.minor_radius_m=0.126"], &["less than 0.125", "0.3125"]),
+        (
+            &["weave.0.pattern=japanese-12-in-2", "weave.0.minor_radius_m=0.07"],
+            &[
+                "weave[0].minor_radius_m = 0.07",
+                "at most 0.0639",
+                "0.1598 major radii",
+                "connector_minor_radius_m",
+            ],
+        ),
+        (
+            &["weave.0.pattern=japanese-12-in-2", "weave.0.connector_minor_radius_m=0.1"],
+            &["weave[0].connector_minor_radius_m = 0.1", "at most 0.064"],
+        ),
+        (
+            &["weave.0.pattern=japanese-8-in-2", "weave.0.connector_major_radius_m=0.1"],
+            &["weave[0].connector_major_radius_m = 0.1", "from 0.1938", " to 0.3151"],
+        ),
+        (
+            &["weave.0.pattern=japanese-8-in-2", "weave.0.connector_mass_kg=nan"],
+            &["weave[0].connector_mass_kg", "positive"],
+        ),
+        (&["weave.0.connector_mass_kg=1.0"], &["weave[0].connector_mass_kg", "has no connectors"]),
         (&["weave.0.rows=4294967295", "weave.0.columns=4294967295"], &["weave[0].rows", "at most"]),
         (
             &["material.steel.friction_coefficient=-1"],

@@ -11,16 +11,21 @@ use std::time::Instant;
 
 /// A European 4-in-1 sheet whose first row is pinned, with gravity in its plane: every link is loaded.
 fn hang(rows: u32, columns: u32) -> String {
+    hang_with(rows, columns, 5e-4, 1.4e6)
+}
+
+/// The same at a time step and a stiffness.
+fn hang_with(rows: u32, columns: u32, time_step: f64, stiffness: f64) -> String {
     let pins: Vec<String> = (0..columns).map(|column| format!("[0, {column}]")).collect();
     format!(
         r#"
         [time]
         duration_s = 10.0
-        time_step_s = 5e-4
+        time_step_s = {time_step}
         [forces]
         gravity_m_per_s2 = [0.0, 9.81, 0.0]
         [material.wire]
-        line_stiffness_n_per_m2 = 1.4e6
+        line_stiffness_n_per_m2 = {stiffness}
         damping_s_per_m = 0.3
         [[weave]]
         pattern = "european-4-in-1"

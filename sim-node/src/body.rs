@@ -1,7 +1,7 @@
 //! Constants of one rigid body: mass, inertia, size, and how drag slows it within a step.
 
-use geometry::{Circle, GaussRule, Vec3};
-use schemas::scene::{Forces, Ring, Sphere};
+use geometry::{Circle, GaussRule, Vec3, capsule, cuboid};
+use schemas::scene::{Capsule, Cuboid, Forces, Ring, Sphere};
 
 /// The shape of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +18,45 @@ pub enum Shape {
         /// Its radius, in metres.
         radius_m: f64,
     },
+    /// A solid capsule about its own z axis.
+    Capsule {
+        /// Radius of its wall and caps, in metres.
+        radius_m: f64,
+        /// Half the length of its wall, in metres.
+        half_length_m: f64,
+    },
+    /// A solid box.
+    Box {
+        /// Half extents of its core: without the edge radius, in metres.
+        core_m: Vec3,
+        /// Radius of its edges, in metres.
+        edge_radius_m: f64,
+    },
+}
+
+impl Shape {
+    /// Radius of the centreline, of the wire about it, and of the sphere about the centre that holds it all.
+    fn radii(&self) -> (f64, f64, f64) {
+        match *self {
+            Shape::Ring { major_radius_m: major, minor_radius_m: minor } => (major, minor, major + minor),
+            Shape::Sphere { radius_m } => (0.0, radius_m, 0.0 + radius_m),
+            Shape::Capsule { radius_m, half_length_m } => (0.0, radius_m, half_length_m + radius_m),
+            Shape::Box { core_m, edge_radius_m } => {
+                (0.0, edge_radius_m, core_m.norm_squared().sqrt() + edge_radius_m)
+            }
+        }
+    }
+
+    /// Half extents along the body's own axes; `None` for rings and spheres, which need none.
+    fn half_extents(&self) -> Option<Vec3> {
+        match *self {
+            Shape::Ring { .. } | Shape::Sphere { .. } => None,
+            Shape::Capsule { radius_m, half_length_m } => {
+                Some(Vec3::new(radius_m, radius_m, half_length_m + radius_m))
+            }
+            Shape::Box { core_m, edge_radius_m } => Some(core_m.add_scalar(edge_radius_m)),
+        }
+    }
 }
 
 /// What the motion needs to know of one body; never changes after the scene is compiled.
@@ -34,15 +73,17 @@ pub struct Body {
     pub inertia_transverse_kg_m2: f64,
     /// Moment of inertia about the body's own z axis (kg m^2).
     pub inertia_axial_kg_m2: f64,
-    /// A pinned body never moves.
+    /// No force moves it: it is pinned, or follows a prescribed motion.
     pub pinned: bool,
+    /// It follows a prescribed motion.
+    pub driven: bool,
     /// Number of its material in the model.
     pub(crate) material: u32,
     /// Radius of the sphere about the centre that holds the whole body (m).
     pub(crate) bounding_radius: f64,
-    /// Radius of the wire, or of the sphere (m).
+    /// Radius of the wire, of the sphere, of the capsule, or of the box's edges (m).
     pub(crate) minor_radius: f64,
-    /// Radius of the centreline; 0 for a sphere (m).
+    /// Radius of the centreline; 0 for all but rings (m).
     pub(crate) major_radius: f64,
     pub(crate) inverse_mass: f64,
     pub(crate) inverse_transverse: f64,
@@ -56,6 +97,8 @@ pub struct Body {
     /// Velocity that a unit impulse can give to a point of the surface, times the contacts that may act at
     /// once: links and one more (1/kg). For the implicit rate of damping.
     pub(crate) mobility: f64,
+    /// The same for one contact at any point of the surface of a body that is neither ring nor sphere.
+    anywhere: Option<f64>,
     pub(crate) linear_drag: Decay,
     pub(crate) transverse_drag: Decay,
     pub(crate) axial_drag: Decay,
@@ -73,19 +116,52 @@ impl Body {
         let axial = (0.75 * minor * minor + major * major) * mass;
         let shape = Shape::Ring { major_radius_m: major, minor_radius_m: minor };
         let drags = (forces.linear_drag_kg_per_s, forces.angular_drag_kg_m2_per_s);
-        Body::new(shape, mass, [transverse, transverse, axial], ring.pinned, material, drags, time_step)
+        Body::new(
+            shape,
+            mass,
+            [transverse, transverse, axial],
+            (ring.pinned, ring.motion.is_some()),
+            material,
+            drags,
+            time_step,
+        )
     }
 
     /// A sphere; drag is a property of rings alone.
     pub(crate) fn sphere(sphere: &Sphere, material: u32, time_step: f64) -> Body {
         let inertia = 0.4 * sphere.mass_kg * sphere.radius_m * sphere.radius_m;
         let shape = Shape::Sphere { radius_m: sphere.radius_m };
-        Body::new(shape, sphere.mass_kg, [inertia; 3], sphere.pinned, material, (0.0, 0.0), time_step)
+        Body::new(
+            shape,
+            sphere.mass_kg,
+            [inertia; 3],
+            (sphere.pinned, sphere.motion.is_some()),
+            material,
+            (0.0, 0.0),
+            time_step,
+        )
+    }
+
+    /// A capsule.
+    pub(crate) fn capsule(capsule: &Capsule, material: u32, time_step: f64) -> Body {
+        let (half_length_m, radius_m) = (capsule.half_length_m, capsule.radius_m);
+        let inertia = capsule::inertia(half_length_m, radius_m, capsule.mass_kg);
+        let shape = Shape::Capsule { radius_m, half_length_m };
+        Body::new(shape, capsule.mass_kg, inertia, (capsule.pinned, false), material, (0.0, 0.0), time_step)
+    }
+
+    /// A box.
+    pub(crate) fn cuboid(cuboid: &Cuboid, material: u32, time_step: f64) -> Body {
+        let edge_radius_m = cuboid.edge_radius_m;
+        let core_m = Vec3::from(cuboid.half_extents_m).add_scalar(-edge_radius_m);
+        let inertia = cuboid::inertia(&core_m, edge_radius_m, cuboid.mass_kg);
+        let shape = Shape::Box { core_m, edge_radius_m };
+        Body::new(shape, cuboid.mass_kg, inertia, (cuboid.pinned, false), material, (0.0, 0.0), time_step)
     }
 
     /// Velocity per impulse at a point that is at most `lever` from the centre (1/kg), in any direction.
     pub(crate) fn mobility_at(&self, lever: f64) -> f64 {
-        self.inverse_mass + lever * lever * self.inverse_transverse
+        self.anywhere.unwrap_or(self.inverse_mass + lever * lever * self.inverse_transverse)
     }
 
     /// Angular acceleration of the free body under a torque (rad/s^2), by Euler's equations; World axes.
@@ -140,17 +216,24 @@ impl Body {
         shape: Shape,
         mass: f64,
         inertia_kg_m2: [f64; 3],
-        pinned: bool,
+        (pinned, driven): (bool, bool),
         material: u32,
         (linear_drag, angular_drag): (f64, f64),
         time_step: f64,
     ) -> Body {
-        let (major_radius, minor_radius) = match shape {
-            Shape::Ring { major_radius_m, minor_radius_m } => (major_radius_m, minor_radius_m),
-            Shape::Sphere { radius_m } => (0.0, radius_m),
-        };
+        let pinned = pinned || driven;
+        let (major_radius, minor_radius, bounding_radius) = shape.radii();
         let inverse = |value: f64| if pinned { 0.0 } else { 1.0 / value };
         let [transverse, second, axial] = inertia_kg_m2;
+        // A unit impulse n at the point p turns with the torque p x n, whose component along x is at most the
+        // root of p_y^2 + p_z^2; and so on.
+        let anywhere = shape.half_extents().map(|half| {
+            let lever_squared = |a: f64, b: f64| a * a + b * b;
+            inverse(mass)
+                + lever_squared(half.y, half.z) * inverse(transverse)
+                + lever_squared(half.z, half.x) * inverse(second)
+                + lever_squared(half.x, half.y) * inverse(axial)
+        });
         Body {
             shape,
             mass_kg: mass,
@@ -158,8 +241,9 @@ impl Body {
             inertia_transverse_kg_m2: transverse,
             inertia_axial_kg_m2: axial,
             pinned,
+            driven,
             material,
-            bounding_radius: major_radius + minor_radius,
+            bounding_radius,
             minor_radius,
             major_radius,
             inverse_mass: inverse(mass),
@@ -169,6 +253,7 @@ impl Body {
             asymmetric: transverse != second,
             spin_share: 1.0 - axial / transverse,
             mobility: 0.0,
+            anywhere,
             linear_drag: Decay::new(linear_drag, mass, time_step),
             transverse_drag: Decay::new(angular_drag, transverse, time_step),
             axial_drag: Decay::new(angular_drag, axial, time_step),

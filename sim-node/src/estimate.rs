@@ -10,7 +10,8 @@ use crate::{Model, Scratch, State, step};
 /// Memory is made anew, so it costs three steps and new lists of neighbours.
 pub(crate) fn step_error(model: &Model, state: &State) -> f64 {
     let after = |model: &Model, steps: u32| {
-        let mut state = state.clone();
+        // Half steps are counted in halves, so that prescribed motions are asked for the right time.
+        let mut state = State { step: state.step * u64::from(steps), ..state.clone() };
         let mut scratch = Scratch::new(model, 1);
         (0..steps).try_for_each(|_| step(model, &mut state, &mut scratch)).ok().map(|()| state)
     };

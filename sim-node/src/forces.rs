@@ -1,21 +1,26 @@
 //! One evaluation of all contact forces: broad phase, contacts, sum over the bodies.
 //!
-//! The list of neighbours is cut into chunks of a fixed size. Each chunk writes its own results, alone or
-//! on any thread; then they are added up in pair order. So the sums are the same whatever the number of
-//! threads.
+//! Pairs of rings under the default law and without friction go to the kernel, all others one at a time through
+//! `narrow`. Both lists are cut into chunks of a fixed size. Each chunk writes its own results, alone or on any
+//! thread; then they are added up, first the kernel's in the order of its pairs, then the others in theirs. So
+//! the sums are the same whatever the number of threads and the size of the chunks.
 
 use crate::Model;
+use crate::body::Body;
 use crate::broad::Neighbours;
+use crate::contact::kernel::{ArcForce, MotionLine, RingChunk, RingScene};
+use crate::contact::material::NormalLaw;
 use crate::contact::{Contact, PairForce};
 use crate::narrow::Narrow;
 use crate::wrench::{Velocity, Wrench};
-use geometry::Circle;
+use geometry::lanes::{Level, Line, dispatch};
+use geometry::{Circle, Vec3};
 use rayon::prelude::*;
 use schemas::scene::Integrator;
 use schemas::state::ContactState;
 
 /// Pairs in a chunk. Part of nothing: any value gives the same bits.
-const CHUNK_PAIRS: usize = 1024;
+const CHUNK_PAIRS: usize = 2048;
 
 /// Frames and velocities of all bodies at one moment.
 #[derive(Debug, Default)]
@@ -32,13 +37,24 @@ pub(crate) struct SlipMotion<'a> {
 }
 
 /// The results of one evaluation, and the neighbours that make the next one fast.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Evaluation {
     pub neighbours: Neighbours,
+    /// The neighbours, sorted out when the list was made the given time: pairs of rings for the kernel, and all
+    /// others; both in order.
+    ring_pairs: Vec<(u32, u32)>,
+    other_pairs: Vec<(u32, u32)>,
+    sorted_out: u64,
+    /// Poses and velocities as the kernel reads them.
+    lines: Vec<Line>,
+    motions: Vec<MotionLine>,
+    materials: Vec<u32>,
+    laws: Vec<NormalLaw>,
+    level: Level,
     /// Evaluations so far.
     pub count: u64,
     chunks: Vec<Chunk>,
-    /// How many of the chunks are in use.
+    /// How many of the chunks are in use, the first ones with pairs of rings for the kernel.
     chunk_count: usize,
     /// Contact force and torque on each body.
     pub wrenches: Vec<Wrench>,
@@ -46,20 +62,37 @@ pub(crate) struct Evaluation {
     pub lost: Vec<Wrench>,
 }
 
+/// The results of some pairs.
 #[derive(Debug, Default)]
 struct Chunk {
-    candidates: Vec<(u32, u32)>,
+    /// The kernel's, if these are pairs of rings for it.
+    rings: RingChunk,
+    /// One pair at a time: those that the kernel left, or all.
     forces: Vec<PairForce>,
 }
 
 impl Chunk {
-    /// The candidates among the pairs, and what they do to each other.
-    fn collide<const DAMPED: bool, const FRICTION: bool>(&mut self, scene: &Narrow, pairs: &[(u32, u32)]) {
-        self.candidates.clear();
+    fn rings<const DAMPED: bool, const FRICTION: bool>(
+        &mut self,
+        level: Level,
+        rings: RingScene,
+        scene: &Narrow,
+        pairs: &[(u32, u32)],
+    ) {
+        let chunk = &mut self.rings;
+        dispatch!(level, simd => chunk.collide::<_, DAMPED>(simd, rings, pairs));
+        self.forces.clear();
+        for &number in &self.rings.search.irregular {
+            let (a, b) = pairs[number as usize];
+            scene.pair::<DAMPED, FRICTION>(a, b, &mut self.forces);
+        }
+    }
+
+    fn others<const DAMPED: bool, const FRICTION: bool>(&mut self, scene: &Narrow, pairs: &[(u32, u32)]) {
+        self.rings.forces.clear();
         self.forces.clear();
         for &(a, b) in pairs {
             if scene.model.near(&scene.moment.circles, a, b) {
-                self.candidates.push((a, b));
                 scene.pair::<DAMPED, FRICTION>(a, b, &mut self.forces);
             }
         }
@@ -68,27 +101,69 @@ impl Chunk {
 
 impl Evaluation {
     pub(crate) fn new(model: &Model) -> Evaluation {
+        let line = |body: &Body| Line {
+            centre: [0.0, 0.0, 0.0, body.minor_radius],
+            normal: [0.0, 0.0, 0.0, body.major_radius],
+        };
+        let motion = |body: &Body| MotionLine { linear: [0.0, 0.0, 0.0, body.mobility], angular: [0.0; 4] };
         Evaluation {
+            neighbours: Neighbours::default(),
+            ring_pairs: Vec::new(),
+            other_pairs: Vec::new(),
+            sorted_out: 0,
+            lines: model.bodies().iter().map(line).collect(),
+            motions: model.bodies().iter().map(motion).collect(),
+            materials: model.bodies().iter().map(|body| body.material).collect(),
+            laws: model.pair_materials().iter().map(|material| material.line).collect(),
+            level: Level::new(),
+            count: 0,
+            chunks: Vec::new(),
+            chunk_count: 0,
             wrenches: vec![Wrench::ZERO; model.body_count()],
             lost: vec![Wrench::ZERO; model.body_count()],
-            ..Evaluation::default()
         }
     }
 
-    /// The candidate pairs in order.
-    pub(crate) fn candidates(&self) -> impl Iterator<Item = &(u32, u32)> {
-        self.chunks[..self.chunk_count].iter().flat_map(|chunk| &chunk.candidates)
+    /// The candidate pairs at the moment of the evaluation, in order.
+    pub(crate) fn candidates<'a>(
+        &'a self,
+        model: &'a Model,
+        moment: &'a Moment,
+    ) -> impl Iterator<Item = &'a (u32, u32)> {
+        self.neighbours.pairs().iter().filter(|&&(a, b)| model.near(&moment.circles, a, b))
     }
 
-    /// The pairs in contact, in order.
+    /// The pairs in contact that were not the kernel's, in order; all pairs with friction are among them.
     pub(crate) fn pair_forces(&self) -> impl Iterator<Item = &PairForce> {
         self.chunks[..self.chunk_count].iter().flat_map(|chunk| &chunk.forces)
     }
 
-    /// The contacts, in order, with their pairs.
-    pub(crate) fn contacts(&self) -> impl Iterator<Item = (u32, u32, &Contact)> {
-        self.pair_forces()
-            .flat_map(|pair| pair.contacts[..pair.contact_count].iter().map(|c| (pair.a, pair.b, c)))
+    /// The kernel's contacts, in order.
+    pub(crate) fn arc_forces(&self) -> impl Iterator<Item = &ArcForce> {
+        self.chunks[..self.chunk_count].iter().flat_map(|chunk| &chunk.rings.forces)
+    }
+
+    /// The contacts, in order, with their pairs, at the moment of the evaluation.
+    pub(crate) fn contacts(&self, moment: &Moment) -> Vec<(u32, u32, Contact)> {
+        let mut contacts: Vec<(u32, u32, Contact)> = Vec::new();
+        for arc in self.arc_forces() {
+            let second = contacts.last().is_some_and(|&(a, b, _)| (a, b) == (arc.a, arc.b));
+            let circles = (&moment.circles[arc.a as usize], &moment.circles[arc.b as usize]);
+            contacts.push((arc.a, arc.b, arc.contact(u32::from(second), circles)));
+        }
+        for pair in self.pair_forces() {
+            contacts.extend(pair.contacts().map(|c| (pair.a, pair.b, *c)));
+        }
+        contacts.sort_by_key(|&(a, b, contact)| (a, b, contact.arc));
+        contacts
+    }
+
+    /// Energy in all normal springs (J).
+    pub(crate) fn elastic_energy(&self) -> f64 {
+        let mut energy = 0.0;
+        self.arc_forces().for_each(|arc| energy += arc.energy());
+        self.pair_forces().for_each(|pair| energy += pair.energy);
+        energy
     }
 
     /// Whether damping or friction make part of the forces inelastic.
@@ -124,6 +199,8 @@ impl Evaluation {
         pool: Option<&rayon::ThreadPool>,
     ) {
         self.neighbours.update(model, &moment.circles);
+        self.sort_out(model);
+        self.take::<DAMPED>(moment);
         let half_step = match model.integrator() {
             Integrator::Verlet => 0.5 * model.time().time_step_s,
             _ => 0.0,
@@ -133,56 +210,137 @@ impl Evaluation {
         self.gather::<DAMPED, FRICTION>(model.body_count());
     }
 
+    /// Sorts out a new list of neighbours.
+    fn sort_out(&mut self, model: &Model) {
+        if self.sorted_out == self.neighbours.rebuilds {
+            return;
+        }
+        self.sorted_out = self.neighbours.rebuilds;
+        self.ring_pairs.clear();
+        self.other_pairs.clear();
+        for &(a, b) in self.neighbours.pairs() {
+            let list = if is_common(model, a, b) { &mut self.ring_pairs } else { &mut self.other_pairs };
+            list.push((a, b));
+        }
+    }
+
+    /// Takes poses and velocities over for the kernel.
+    fn take<const DAMPED: bool>(&mut self, moment: &Moment) {
+        for (line, circle) in self.lines.iter_mut().zip(&moment.circles) {
+            line.centre[..3].copy_from_slice(circle.centre.as_slice());
+            line.normal[..3].copy_from_slice(circle.normal.as_slice());
+        }
+        if DAMPED {
+            for (line, velocity) in self.motions.iter_mut().zip(&moment.velocities) {
+                line.linear[..3].copy_from_slice(velocity.linear.as_slice());
+                line.angular[..3].copy_from_slice(velocity.angular.as_slice());
+            }
+        }
+    }
+
     /// The forces of all pairs, chunk by chunk, on any thread.
     fn collide<const DAMPED: bool, const FRICTION: bool>(
         &mut self,
         scene: &Narrow,
         pool: Option<&rayon::ThreadPool>,
     ) {
-        let pairs = self.neighbours.pairs();
-        self.chunk_count = pairs.len().div_ceil(CHUNK_PAIRS);
+        let ring_chunks = self.ring_pairs.len().div_ceil(CHUNK_PAIRS);
+        self.chunk_count = ring_chunks + self.other_pairs.len().div_ceil(CHUNK_PAIRS);
         if self.chunks.len() < self.chunk_count {
             self.chunks.resize_with(self.chunk_count, Chunk::default);
         }
-        let work = |(chunk, pairs): (&mut Chunk, &[(u32, u32)])| {
-            chunk.collide::<DAMPED, FRICTION>(scene, pairs);
+        let rings = RingScene {
+            lines: &self.lines,
+            motions: &self.motions,
+            materials: &self.materials,
+            laws: &self.laws,
+            material_count: scene.model.material_count(),
+            half_step: scene.half_step,
         };
+        let (ring_pairs, other_pairs, level) = (&self.ring_pairs, &self.other_pairs, self.level);
+        let work = |(number, chunk): (usize, &mut Chunk)| {
+            if number < ring_chunks {
+                chunk.rings::<DAMPED, FRICTION>(level, rings, scene, part(ring_pairs, number));
+            } else {
+                chunk.others::<DAMPED, FRICTION>(scene, part(other_pairs, number - ring_chunks));
+            }
+        };
+        let chunks = &mut self.chunks[..self.chunk_count];
         match pool {
-            Some(pool) if self.chunk_count > 1 => pool.install(|| {
-                self.chunks.par_iter_mut().zip(pairs.par_chunks(CHUNK_PAIRS)).for_each(work);
-            }),
-            _ => self.chunks.iter_mut().zip(pairs.chunks(CHUNK_PAIRS)).for_each(work),
+            Some(pool) if chunks.len() > 1 => {
+                pool.install(|| chunks.par_iter_mut().enumerate().for_each(work));
+            }
+            _ => chunks.iter_mut().enumerate().for_each(work),
         }
     }
 
-    /// Adds up the pairs' forces, in pair order.
+    /// Adds up the forces: the kernel's in the order of its pairs, then the others in the order of theirs.
     fn gather<const DAMPED: bool, const FRICTION: bool>(&mut self, body_count: usize) {
+        let loses = DAMPED || FRICTION;
         self.wrenches.fill(Wrench::ZERO);
-        if DAMPED || FRICTION {
+        if loses {
             self.lost.fill(Wrench::ZERO);
         }
-        for chunk in &self.chunks[..self.chunk_count] {
-            for pair in &chunk.forces {
-                let (a, b) = (pair.a as usize, pair.b as usize);
-                self.wrenches[a].add(&pair.on_a);
-                if DAMPED || FRICTION {
-                    self.lost[a].add(&pair.lost_on_a);
-                }
-                // A plane takes what it gets and does not move.
-                if b < body_count {
-                    self.wrenches[b].add(&pair.on_b);
-                    if DAMPED || FRICTION {
-                        self.lost[b].add(&pair.lost_on_b);
-                    }
+        let chunks = &self.chunks[..self.chunk_count];
+        for arc in chunks.iter().flat_map(|chunk| &chunk.rings.forces) {
+            let (a, b) = (arc.a as usize, arc.b as usize);
+            add(&mut self.wrenches[a], 1.0, &arc.force, &arc.torque_a);
+            add(&mut self.wrenches[b], -1.0, &arc.force, &arc.torque_b);
+            if DAMPED {
+                let [force, torque_a, torque_b] = &arc.lost;
+                add(&mut self.lost[a], 1.0, force, torque_a);
+                add(&mut self.lost[b], -1.0, force, torque_b);
+            }
+        }
+        for pair in chunks.iter().flat_map(|chunk| &chunk.forces) {
+            let (a, b) = (pair.a as usize, pair.b as usize);
+            self.wrenches[a].add(&pair.on_a);
+            if loses {
+                self.lost[a].add(&pair.lost_on_a);
+            }
+            // A plane takes what it gets and does not move.
+            if b < body_count {
+                self.wrenches[b].add(&pair.on_b);
+                if loses {
+                    self.lost[b].add(&pair.lost_on_b);
                 }
             }
         }
     }
 }
 
+/// A chunk's part of a list of pairs.
+fn part(pairs: &[(u32, u32)], number: usize) -> &[(u32, u32)] {
+    let end = (number + 1) * CHUNK_PAIRS;
+    &pairs[number * CHUNK_PAIRS..if end < pairs.len() { end } else { pairs.len() }]
+}
+
+/// Whether a pair is one for the kernel: two rings without friction whose wires together are thinner than B's
+/// major radius.
+fn is_common(model: &Model, a: u32, b: u32) -> bool {
+    let rings = model.ring_count();
+    let (Some(body_a), Some(body_b)) = (model.bodies().get(a as usize), model.bodies().get(b as usize))
+    else {
+        return false;
+    };
+    (a as usize) < rings
+        && (b as usize) < rings
+        && body_a.minor_radius + body_b.minor_radius < body_b.major_radius
+        && model.pair_material(a, b).friction_coefficient == 0.0
+}
+
+/// Adds a force with a sign, and its torque.
+#[inline]
+fn add(wrench: &mut Wrench, sign: f64, force: &[f64; 4], torque: &[f64; 4]) {
+    wrench.force += Vec3::new(sign * force[0], sign * force[1], sign * force[2]);
+    wrench.torque += Vec3::new(torque[0], torque[1], torque[2]);
+}
+
 #[cfg(test)]
 mod tests {
+    use crate::wrench::Wrench;
     use crate::{Model, Scratch, State, step};
+    use geometry::Vec3;
     use schemas::scene::Scene;
 
     /// Both bodies of every contact get the same force with opposite signs, bit for bit, and about the origin
@@ -197,17 +355,34 @@ mod tests {
         let (mut seen, mut worst) = (0, 0.0);
         for _ in 0..2000 {
             step(&model, &mut state, &mut scratch).unwrap();
-            for pair in scratch.evaluation.pair_forces().filter(|p| (p.b as usize) < model.body_count()) {
+            let circles = &scratch.moment.circles;
+            let mut look = |(a, b): (u32, u32), on_a: [&[f64; 3]; 2], on_b: [&[f64; 3]; 2]| {
                 seen += 1;
+                let vector = |numbers: &[f64; 3]| Vec3::from(*numbers);
+                assert_eq!(vector(on_a[0]), -vector(on_b[0]));
+                let (x_a, x_b) = (circles[a as usize].centre, circles[b as usize].centre);
+                let moment = |at: &Vec3, on: [&[f64; 3]; 2]| vector(on[1]) + at.cross(&vector(on[0]));
+                let share =
+                    (moment(&x_a, on_a) + moment(&x_b, on_b)).norm() / (1e-300 + vector(on_a[0]).norm());
+                if share > worst {
+                    worst = share;
+                }
+            };
+            for pair in scratch.evaluation.pair_forces().filter(|p| (p.b as usize) < model.body_count()) {
                 for (a, b) in [(&pair.on_a, &pair.on_b), (&pair.lost_on_a, &pair.lost_on_b)] {
-                    assert_eq!(a.force, -b.force);
-                    let circles = &scratch.moment.circles;
-                    let (x_a, x_b) = (circles[pair.a as usize].centre, circles[pair.b as usize].centre);
-                    let sum = a.torque + x_a.cross(&a.force) + b.torque + x_b.cross(&b.force);
-                    let share = sum.norm() / (1e-300 + a.force.norm());
-                    if share > worst {
-                        worst = share;
-                    }
+                    let numbers = |wrench: &Wrench| [wrench.force.into(), wrench.torque.into()];
+                    let ([f_a, t_a], [f_b, t_b]) = (numbers(a), numbers(b));
+                    look((pair.a, pair.b), [&f_a, &t_a], [&f_b, &t_b]);
+                }
+            }
+            for arc in scratch.evaluation.arc_forces() {
+                let [force, torque_a, torque_b] = arc.lost;
+                let sets = [(arc.force, arc.torque_a, arc.torque_b), (force, torque_a, torque_b)];
+                for (force, torque_a, torque_b) in sets {
+                    let three = |[x, y, z, _]: [f64; 4]| [x, y, z];
+                    let (force, t_a, t_b) = (three(force), three(torque_a), three(torque_b));
+                    let opposite = force.map(|component| -component);
+                    look((arc.a, arc.b), [&force, &t_a], [&opposite, &t_b]);
                 }
             }
         }

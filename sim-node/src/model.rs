@@ -3,8 +3,9 @@
 use crate::body::Body;
 use crate::broad::{self, Method};
 use crate::contact::material::PairMaterial;
+use crate::motion::{Drive, Driven};
 use crate::plan::Features;
-use crate::{overlap, plan, stability};
+use crate::{motion, overlap, plan, stability};
 use geometry::{Circle, Vec3};
 use schemas::plan::Plan;
 use schemas::scene::{self, Forces, Integrator, Material, OnRisk, Scene, Time};
@@ -17,10 +18,15 @@ use std::fmt;
 pub struct Model {
     bodies: Vec<Body>,
     ring_count: usize,
+    /// Numbers of spheres, capsules and boxes, which follow the rings in this order.
+    other_counts: [usize; 3],
     planes: Vec<HalfSpace>,
     material_count: usize,
     pair_materials: Vec<PairMaterial>,
     initial: Vec<BodyState>,
+    drives: Vec<Drive>,
+    driven: Vec<Driven>,
+    records_reactions: bool,
     linked_pairs: Vec<(u32, u32)>,
     gravity: Vec3,
     time: Time,
@@ -42,14 +48,18 @@ pub struct HalfSpace {
     pub(crate) material: u32,
 }
 
-/// A body, named as a person counts them in the scene: rings (woven ones first), spheres and planes, each
-/// from 0.
+/// A body, named as a person counts them in the scene: rings (woven ones first), spheres, capsules, boxes and
+/// planes, each from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum BodyName {
     /// `ring N`.
     Ring(usize),
     /// `sphere N`.
     Sphere(usize),
+    /// `capsule N`.
+    Capsule(usize),
+    /// `box N`.
+    Box(usize),
     /// `plane N`.
     Plane(usize),
 }
@@ -59,6 +69,8 @@ impl fmt::Display for BodyName {
         match self {
             BodyName::Ring(index) => write!(f, "ring {index}"),
             BodyName::Sphere(index) => write!(f, "sphere {index}"),
+            BodyName::Capsule(index) => write!(f, "capsule {index}"),
+            BodyName::Box(index) => write!(f, "box {index}"),
             BodyName::Plane(index) => write!(f, "plane {index}"),
         }
     }
@@ -139,7 +151,7 @@ impl Model {
     /// As [`Model::compile`], less what was switched off.
     pub fn compile_as(scene: &Scene, how: Compile) -> Result<(Model, Plan), ModelError> {
         const COUNT_MAX: usize = (u32::MAX / 2) as usize;
-        let count = scene.rings.len() + scene.spheres.len() + scene.planes.len();
+        let count = scene.body_count() + scene.planes.len();
         if count > COUNT_MAX {
             return Err(ModelError::TooManyBodies { count, largest: COUNT_MAX });
         }
@@ -194,7 +206,9 @@ impl Model {
         let rings =
             scene.rings.iter().map(|r| Body::ring(r, material(&r.material), &scene.forces, time_step));
         let spheres = scene.spheres.iter().map(|s| Body::sphere(s, material(&s.material), time_step));
-        let bodies: Vec<Body> = rings.chain(spheres).collect();
+        let capsules = scene.capsules.iter().map(|c| Body::capsule(c, material(&c.material), time_step));
+        let boxes = scene.boxes.iter().map(|b| Body::cuboid(b, material(&b.material), time_step));
+        let bodies: Vec<Body> = rings.chain(spheres).chain(capsules).chain(boxes).collect();
         let mut pair_materials = Vec::with_capacity(materials.len() * materials.len());
         for a in &materials {
             pair_materials.extend(materials.iter().map(|b| PairMaterial::new(a, b)));
@@ -211,12 +225,18 @@ impl Model {
                 grid_radius = body.bounding_radius;
             }
         }
+        let mut initial = scene.initial_bodies();
+        let (drives, driven) = motion::compile(scene, &mut initial);
         Model {
             ring_count: scene.rings.len(),
+            other_counts: [scene.spheres.len(), scene.capsules.len(), scene.boxes.len()],
             planes: scene.planes.iter().map(plane).collect(),
             material_count: materials.len(),
             pair_materials,
-            initial: scene.initial_bodies(),
+            initial,
+            drives,
+            driven,
+            records_reactions: scene.record.reactions,
             linked_pairs: Vec::new(),
             gravity: Vec3::from(gravity_m_per_s2),
             time: scene.time.clone(),
@@ -230,12 +250,12 @@ impl Model {
         }
     }
 
-    /// The bodies' constants: rings, then spheres.
+    /// The bodies' constants: rings, spheres, capsules, boxes.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
 
-    /// Rings and spheres together.
+    /// All bodies but planes.
     pub fn body_count(&self) -> usize {
         self.bodies.len()
     }
@@ -243,6 +263,17 @@ impl Model {
     /// Rings.
     pub fn ring_count(&self) -> usize {
         self.ring_count
+    }
+
+    /// Rings, spheres and capsules, the first bodies: symmetric tops about their own z axes. Boxes follow.
+    pub(crate) fn top_count(&self) -> usize {
+        let [spheres, capsules, _] = self.other_counts;
+        self.ring_count + spheres + capsules
+    }
+
+    /// Rings and spheres, the first bodies: those that need no carrier or field of `contact::shapes`.
+    pub(crate) fn round_count(&self) -> usize {
+        self.ring_count + self.other_counts[0]
     }
 
     /// The fixed half-spaces; in pairs they are numbered after the bodies.
@@ -253,6 +284,21 @@ impl Model {
     /// The poses and velocities before the first step; pinned bodies are at rest.
     pub fn initial_bodies(&self) -> &[BodyState] {
         &self.initial
+    }
+
+    /// The motions that the scene prescribes, by name.
+    pub(crate) fn drives(&self) -> &[Drive] {
+        &self.drives
+    }
+
+    /// The bodies that follow them, in order.
+    pub(crate) fn driven(&self) -> &[Driven] {
+        &self.driven
+    }
+
+    /// Whether step records tell what pins and motions bear.
+    pub(crate) fn records_reactions(&self) -> bool {
+        self.records_reactions
     }
 
     /// The pairs of rings that are linked at the start, in order.
@@ -293,14 +339,19 @@ impl Model {
 
     /// The name of a body or plane by its number in pairs.
     pub fn body_name(&self, number: u32) -> BodyName {
-        let number = number as usize;
-        if number < self.ring_count {
-            BodyName::Ring(number)
-        } else if number < self.bodies.len() {
-            BodyName::Sphere(number - self.ring_count)
-        } else {
-            BodyName::Plane(number - self.bodies.len())
+        let mut rest = number as usize;
+        if rest < self.ring_count {
+            return BodyName::Ring(rest);
         }
+        rest -= self.ring_count;
+        let names = [BodyName::Sphere, BodyName::Capsule, BodyName::Box];
+        for (count, name) in self.other_counts.into_iter().zip(names) {
+            if rest < count {
+                return name(rest);
+            }
+            rest -= count;
+        }
+        BodyName::Plane(rest)
     }
 
     /// How near pairs are found.
@@ -354,6 +405,16 @@ impl Model {
             }
         };
         &self.pair_materials[material(a) as usize * self.material_count + material(b) as usize]
+    }
+
+    /// Number of materials.
+    pub(crate) fn material_count(&self) -> usize {
+        self.material_count
+    }
+
+    /// The constants of all pairs of materials: a row for each first one.
+    pub(crate) fn pair_materials(&self) -> &[PairMaterial] {
+        &self.pair_materials
     }
 
     /// The constants of all pairs of materials that bodies and planes have.

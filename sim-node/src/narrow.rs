@@ -3,6 +3,7 @@
 use crate::Model;
 use crate::contact::friction::Slip;
 use crate::contact::material::PairMaterial;
+use crate::contact::shapes::pairs::{self, Placed};
 use crate::contact::{Pair, PairForce, ring_plane, ring_ring, ring_sphere, sphere_plane, sphere_sphere};
 use crate::forces::{Moment, SlipMotion};
 use crate::wrench::{Velocity, relative_velocity};
@@ -46,8 +47,8 @@ impl Narrow<'_> {
         let (circle_a, circle_b) = (&self.moment.circles[a as usize], &self.moment.circles[b as usize]);
         let from_b = circle_a.centre - circle_b.centre;
         let material = self.model.pair_material(a, b);
-        let rings = self.model.ring_count() as u32;
-        let law = if a < rings { material.line } else { material.point };
+        let (rings, round) = (self.model.ring_count() as u32, self.model.round_count() as u32);
+        let law = if a < rings || a >= round { material.line } else { material.point };
         let relative = if DAMPED || FRICTION {
             self.relative(&self.moment.velocities, a, Some(b), &from_b)
         } else {
@@ -63,7 +64,18 @@ impl Narrow<'_> {
             implicit: self.half_step * (body_a.mobility + body_b.mobility),
         };
         let slip = self.slip_of::<FRICTION>(material, &pair, Some(b));
-        if b < rings {
+        if b >= round {
+            let placed = |body, frame| Placed { body, frame };
+            let back = Pair {
+                a: circle_b,
+                a_minor_radius: body_b.minor_radius,
+                from_b: -from_b,
+                relative: self.relative(&self.moment.velocities, b, Some(a), &-from_b),
+                ..pair
+            };
+            let bodies = (placed(body_a, circle_a), placed(body_b, circle_b));
+            pairs::two_bodies::<DAMPED, FRICTION>(&pair, &back, bodies, material.point, &slip, forces);
+        } else if b < rings {
             ring_ring::<DAMPED, FRICTION>(&pair, circle_b, body_b.minor_radius, &slip, forces);
         } else if a < rings {
             ring_sphere::<DAMPED, FRICTION>(&pair, &circle_b.centre, body_b.minor_radius, &slip, forces);
@@ -84,7 +96,8 @@ impl Narrow<'_> {
         let plane = &self.model.planes()[b as usize - self.model.body_count()];
         let material = self.model.pair_material(a, b);
         let is_ring = (a as usize) < self.model.ring_count();
-        let law = if is_ring { material.line } else { material.point };
+        let is_solid = a as usize >= self.model.round_count();
+        let law = if is_ring || is_solid { material.line } else { material.point };
         let from_b = Vec3::zeros();
         let relative = self.relative(&self.moment.velocities, a, None, &from_b);
         let pair = Pair {
@@ -97,7 +110,10 @@ impl Narrow<'_> {
             implicit: self.half_step * body.mobility,
         };
         let slip = self.slip_of::<FRICTION>(material, &pair, None);
-        if is_ring {
+        if is_solid {
+            let placed = Placed { body, frame: circle };
+            pairs::on_plane::<DAMPED, FRICTION>(&pair, placed, plane, material.point, &slip, forces);
+        } else if is_ring {
             ring_plane::<DAMPED, FRICTION>(&pair, plane, &slip, forces);
         } else {
             sphere_plane::<DAMPED, FRICTION>(&pair, plane, &slip, forces);

@@ -231,11 +231,8 @@ pub fn run(
     let path = || options.scene.clone();
     let text =
         std::fs::read_to_string(&options.scene).map_err(|source| NodeError::Read { path: path(), source })?;
-    let mut scene =
-        Scene::parse(&text, &options.set).map_err(|source| NodeError::Scene { path: path(), source })?;
-    if let Some(seed) = options.seed {
-        scene.seed = seed;
-    }
+    let mut scene = Scene::parse_seeded(&text, &options.set, options.seed)
+        .map_err(|source| NodeError::Scene { path: path(), source })?;
     let (model, plan) = Model::compile(&scene).map_err(|source| NodeError::Model { path: path(), source })?;
     // The log holds the step that was taken, also where the file leaves it open.
     scene.time = model.time().clone();

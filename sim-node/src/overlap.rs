@@ -2,6 +2,7 @@
 
 use crate::Model;
 use crate::broad::Neighbours;
+use crate::contact::shapes::pairs::{self, Placed};
 use crate::model::ModelError;
 use geometry::arc::circle_circle_arcs;
 use geometry::circle::{closest_points, linked};
@@ -54,12 +55,19 @@ pub(crate) fn gap(model: &Model, circles: &[Circle], a: u32, b: u32) -> f64 {
     let rings = model.ring_count() as u32;
     let Some(body_b) = model.bodies().get(b as usize) else {
         let plane = &model.planes()[b as usize - model.body_count()];
+        if a as usize >= model.round_count() {
+            return pairs::plane_gap(Placed { body: body_a, frame: circle_a }, plane);
+        }
         let height = plane.normal.dot(&circle_a.centre) - plane.offset;
         // A circle reaches below its centre by its radius times the sine of its axis' angle to the normal.
         let sine = circle_a.normal.cross(&plane.normal).norm_squared().sqrt();
         return height - circle_a.radius * sine - body_a.minor_radius;
     };
     let circle_b = &circles[b as usize];
+    if b as usize >= model.round_count() {
+        let placed = |body, frame| Placed { body, frame };
+        return pairs::gap(placed(body_a, circle_a), placed(body_b, circle_b));
+    }
     let wires = body_a.minor_radius + body_b.minor_radius;
     if b < rings {
         closest_points(circle_a, circle_b).distance - wires

@@ -62,6 +62,20 @@ pub(crate) fn make(scene: &Scene, model: &Model, everything: bool) -> (Features,
         choose(part, needed, if needed { counts.clone() } else { missing.join(", ") });
     }
 
+    let solids = [("capsule", "capsules", scene.capsules.len()), ("box", "boxes", scene.boxes.len())];
+    let any_free = free(0..model.body_count()) > 0;
+    for (one, many, count) in solids {
+        let needed = count > 0 && any_free;
+        contact |= needed;
+        let reason = match count {
+            0 => format!("no {one}"),
+            _ if !any_free => "no free body".to_owned(),
+            1 => format!("1 {one}, and what it may meet"),
+            _ => format!("{count} {many}, and what they may meet"),
+        };
+        choose(&format!("contact/{one}"), needed, reason);
+    }
+
     let materials: Vec<_> = model.materials_that_meet().collect();
     let damped = materials.iter().any(|pair| pair.damped());
     let reason = if damped { "a material is damped" } else { "no material is damped" };
@@ -80,11 +94,20 @@ pub(crate) fn make(scene: &Scene, model: &Model, everything: bool) -> (Features,
     let angular_needed = angular > 0.0 && free_rings > 0;
     drag |= choose("force/angular-drag", angular_needed, format!("{angular} kg m^2/s"));
 
+    let driven = model.driven().len();
+    choose("motion/prescribed", driven > 0, format!("{driven} bodies in {} motions", model.drives().len()));
+
     // All but one are always left out: they are different answers, not parts of one.
     for integrator in Integrator::ALL {
         let reason = format!("method.integrator is {}", model.integrator().name());
         plan.push(&format!("integrator/{}", integrator.name()), integrator == model.integrator(), reason);
     }
+    let asymmetric = model.body_count() - model.top_count();
+    plan.push(
+        "integrator/asymmetric-bodies",
+        asymmetric > 0,
+        format!("{asymmetric} of {} bodies are no symmetric tops", model.body_count()),
+    );
     plan.push("audit/links", free_rings > 0 && rings > 1, counts.clone());
     plan.push("audit/gap", contact, counts);
     (Features { gravity, drag, damping, friction }, plan)

@@ -1,6 +1,8 @@
 //! The diary of a run: one record for each step, and the state's message.
 
+use crate::contact::Contact;
 use crate::overlap::gap;
+use crate::reaction::reactions;
 use crate::state::Motion;
 use crate::{Model, Scratch, State, Stop, estimate};
 use geometry::circle::linked;
@@ -29,6 +31,8 @@ struct EnergyAudit {
 pub struct Records {
     chained_hash: Hash,
     energy: Option<EnergyAudit>,
+    /// Work of prescribed motions since the first record (J).
+    drive_work: f64,
     /// The message of the last recorded state.
     message: Vec<u8>,
     /// Canonical bytes of one stage.
@@ -38,7 +42,7 @@ pub struct Records {
 impl Records {
     /// Records for a run that starts ([`Hash::default`]) or goes on from a step with this chained hash.
     pub fn after(chained_hash: Hash) -> Records {
-        Records { chained_hash, energy: None, message: Vec::new(), stage: Vec::new() }
+        Records { chained_hash, energy: None, drive_work: 0.0, message: Vec::new(), stage: Vec::new() }
     }
 
     /// The message of the last recorded state: the bytes of the topic `state` and of the log.
@@ -64,10 +68,12 @@ impl Records {
         let time = model.time();
         let audited = time.is_audited(state.step);
         let (kinetic_energy_j, gravity_energy_j) = mechanical_energy(model, state);
+        if self.energy.is_some() {
+            self.drive_work += scratch.drive_work_j;
+        }
         let mut penetration_m = 0.0;
-        let mut contacts = 0;
-        for (_, _, contact) in scratch.evaluation.contacts() {
-            contacts += 1;
+        let contacts = scratch.evaluation.contacts(&scratch.moment);
+        for (_, _, contact) in &contacts {
             if contact.penetration > penetration_m {
                 penetration_m = contact.penetration;
             }
@@ -75,8 +81,8 @@ impl Records {
         StepRecord {
             step: state.step,
             sim_time_s: state.sim_time_s,
-            candidate_pairs: scratch.evaluation.candidates().count() as u64,
-            contacts,
+            candidate_pairs: scratch.evaluation.candidates(model, &scratch.moment).count() as u64,
+            contacts: contacts.len() as u64,
             kinetic_energy_j,
             gravity_energy_j,
             contact_energy_j: contact_energy(model, state, scratch),
@@ -84,8 +90,10 @@ impl Records {
             penetration_m,
             error_estimate_m: (audited && model.estimates_error())
                 .then(|| estimate::step_error(model, state)),
+            drive_work_j: (!model.driven().is_empty()).then_some(scratch.drive_work_j + 0.0),
+            reactions: model.records_reactions().then(|| reactions(model, state, scratch)),
             audit: audited.then(|| audit(model, state)),
-            stages: self.stages(scratch, &state_hash),
+            stages: self.stages(model, scratch, &contacts, &state_hash),
             state_hash,
             chained_hash: self.chained_hash,
         }
@@ -101,7 +109,8 @@ impl Records {
         let total = record.kinetic_energy_j
             + record.gravity_energy_j
             + record.contact_energy_j
-            + record.dissipated_energy_j;
+            + record.dissipated_energy_j
+            - self.drive_work;
         let first = EnergyAudit { start: total, gravity: record.gravity_energy_j, scale: 0.0 };
         let audit = self.energy.get_or_insert(first);
         let motion = record.kinetic_energy_j
@@ -120,17 +129,23 @@ impl Records {
         Ok(())
     }
 
-    fn stages(&mut self, scratch: &Scratch, state_hash: &Hash) -> StageHashes {
+    fn stages(
+        &mut self,
+        model: &Model,
+        scratch: &Scratch,
+        contacts: &[(u32, u32, Contact)],
+        state_hash: &Hash,
+    ) -> StageHashes {
         let evaluation = &scratch.evaluation;
         let bytes = &mut self.stage;
         bytes.clear();
-        for &(a, b) in evaluation.candidates() {
+        for &(a, b) in evaluation.candidates(model, &scratch.moment) {
             put_pair(bytes, a, b);
         }
         let candidate_pairs = Hash::of(bytes).short();
         bytes.clear();
-        for (a, b, contact) in evaluation.contacts() {
-            put_pair(bytes, a, b);
+        for (a, b, contact) in contacts {
+            put_pair(bytes, *a, *b);
             bytes.extend_from_slice(&contact.arc.to_le_bytes());
             put(bytes, &[contact.mid_cos, contact.mid_sin, contact.penetration, contact.normal_force]);
         }
@@ -156,10 +171,14 @@ fn put(bytes: &mut Vec<u8>, values: &[f64]) {
     }
 }
 
-/// Kinetic energy, and potential energy in the field of gravity (zero at World's origin), in joules.
+/// Kinetic energy, and potential energy in the field of gravity (zero at World's origin), in joules, of all
+/// bodies but those on prescribed motions: theirs is the drive's.
 pub fn mechanical_energy(model: &Model, state: &State) -> (f64, f64) {
     let (mut kinetic, mut gravity) = (0.0, 0.0);
     for (body, pose) in model.bodies().iter().zip(&state.bodies) {
+        if body.driven {
+            continue;
+        }
         let motion = Motion::of(pose);
         let (u, w, normal) = rotation::axes(&motion.orientation);
         kinetic += 0.5 * body.mass_kg * motion.linear.norm_squared()
@@ -173,10 +192,7 @@ pub fn mechanical_energy(model: &Model, state: &State) -> (f64, f64) {
 /// work since.
 fn contact_energy(model: &Model, state: &State, scratch: &Scratch) -> f64 {
     let evaluation = &scratch.evaluation;
-    let mut energy = 0.0;
-    for pair in evaluation.pair_forces() {
-        energy += pair.energy;
-    }
+    let energy = evaluation.elastic_energy();
     let age = scratch.evaluation_age_s;
     if age == 0.0 {
         return energy;

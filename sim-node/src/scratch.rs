@@ -23,6 +23,8 @@ pub struct Scratch {
     pub(crate) orientations: Vec<UnitQuaternion<f64>>,
     /// The part of angular velocity that free motion keeps, and the spin about the axis (rad/s).
     pub(crate) precession: Vec<(Vec3, f64)>,
+    /// Work of prescribed motions in the last step (J).
+    pub(crate) drive_work_j: f64,
     /// Time from the last force evaluation to the state (s).
     pub(crate) evaluation_age_s: f64,
     /// Of the explicit Runge-Kutta methods.
@@ -52,6 +54,7 @@ impl Scratch {
             moment: Moment { circles: vec![circle; count], velocities: vec![Velocity::ZERO; count] },
             orientations: vec![UnitQuaternion::identity(); count],
             precession: vec![(Vec3::zeros(), 0.0); count],
+            drive_work_j: 0.0,
             evaluation_age_s: 0.0,
             stages: Stages::new(if stages > 0 { count } else { 0 }, stages),
             parts: BTreeMap::new(),
@@ -68,11 +71,15 @@ impl Scratch {
     /// Takes friction's springs over into the state, in pair order.
     pub(crate) fn keep_springs(&self, contacts: &mut Vec<ContactState>) {
         contacts.clear();
-        for (body_a, body_b, contact) in self.evaluation.contacts() {
+        // The kernel's contacts have no springs.
+        let with_springs = self.evaluation.pair_forces();
+        for (pair, contact) in
+            with_springs.flat_map(|pair| pair.contacts().map(move |contact| (pair, contact)))
+        {
             if let Some(spring) = contact.spring {
                 contacts.push(ContactState {
-                    body_a,
-                    body_b,
+                    body_a: pair.a,
+                    body_b: pair.b,
                     arc: contact.arc,
                     reserved: 0,
                     mid_cos: contact.mid_cos,

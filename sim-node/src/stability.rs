@@ -27,8 +27,10 @@
 //! An estimate, on the safe side for linked sheets (in hanging sheets blow-ups were seen from about twice
 //! the stiffness that it allows), but not a proof: wires that lie along each other have longer arcs.
 
+use crate::body::Shape;
 use crate::contact::material::{NormalLaw, PairMaterial};
 use crate::model::Model;
+use geometry::Vec3;
 use schemas::scene::{Integrator, Scene, Time};
 
 /// Penetration up to which the bound holds, as a share of both wires' radii together.
@@ -169,7 +171,12 @@ fn contacts(model: &Model) -> Vec<Stiffness> {
     let mut in_ring = vec![Stiffness::default(); model.body_count()];
     for (index, sum) in sums.iter_mut().enumerate() {
         for other in obstacles.clone().filter(|&other| other != index) {
-            let stiffness = obstacle(model, index, other).stiffness();
+            let solids = model.round_count()..model.body_count();
+            let stiffness = if solids.contains(&index) || solids.contains(&other) {
+                solid(model, index, other)
+            } else {
+                obstacle(model, index, other).stiffness()
+            };
             sum.add(&stiffness);
             if index < rings && other < model.body_count() && stiffness.spring > in_ring[other].spring {
                 in_ring[other] = stiffness;
@@ -223,4 +230,52 @@ fn obstacle(model: &Model, index: usize, other: usize) -> Contact<'_> {
         normal_mobility: body.inverse_mass + other_normal,
         tangent_mobility: body.mobility_at(body.bounding_radius) + other_tangent,
     }
+}
+
+/// A capsule or box and anything else: all lines and points of the carrier that can lie on the other body at
+/// once, each where it moves both bodies most.
+fn solid(model: &Model, index: usize, other: usize) -> Stiffness {
+    let (low, high) = if other < index { (other, index) } else { (index, other) };
+    let material = model.pair_material(low as u32, high as u32);
+    let carrier = &model.bodies()[low];
+    let (mut length, mut points) = (0.0, 0.0);
+    let mut add_face = |core: &Vec3| {
+        // The four edges and corners of the largest face.
+        let least = if core.x < core.y { core.x } else { core.y };
+        length += 4.0 * (core.x + core.y + core.z - if core.z < least { core.z } else { least });
+        points += 4.0;
+    };
+    match (&carrier.shape, model.bodies().get(high).map(|body| &body.shape)) {
+        (Shape::Box { .. }, None) => points = 4.0,
+        (Shape::Box { core_m: a, .. }, Some(Shape::Box { core_m: b, .. })) => {
+            add_face(a);
+            add_face(b);
+        }
+        (Shape::Ring { major_radius_m, .. }, _) => length = 2.0 * PI * major_radius_m,
+        (Shape::Capsule { half_length_m, .. }, _) => (length, points) = (2.0 * half_length_m, 2.0),
+        _ => points = 1.0,
+    }
+    let (mut wire, mut mobility) = (carrier.bounding_radius, 0.0);
+    for body in [Some(carrier), model.bodies().get(high)].into_iter().flatten() {
+        mobility += body.mobility_at(body.bounding_radius);
+        if body.minor_radius > 0.0 && body.minor_radius < wire {
+            wire = body.minor_radius;
+        }
+    }
+    let mut sum = Stiffness::default();
+    for (law, length) in [(&material.line, length), (&material.point, points)] {
+        let penetration = REFERENCE_PENETRATION * wire;
+        let contact = Contact {
+            law,
+            material,
+            length,
+            penetration,
+            normal_mobility: mobility,
+            tangent_mobility: mobility,
+        };
+        if length > 0.0 {
+            sum.add(&contact.stiffness());
+        }
+    }
+    sum
 }

@@ -5,7 +5,7 @@ use crate::integrator::{dopri5, rk4, verlet};
 use crate::model::BodyName;
 use crate::state::Motion;
 use crate::subdivide::advance_in_parts;
-use crate::{Model, Scratch, State, wrench::Velocity};
+use crate::{Model, Scratch, State, motion, wrench::Velocity};
 use geometry::Circle;
 use schemas::scene::{Integrator, OnRisk};
 use schemas::state::BodyState;
@@ -84,6 +84,7 @@ pub enum Stop {
 pub fn step(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(), Stop> {
     assert_eq!(state.bodies.len(), model.body_count(), "bodies of the state and of the model");
     assert_eq!(scratch.moment.circles.len(), model.body_count(), "bodies of the scratch and of the model");
+    scratch.drive_work_j = 0.0;
     let in_parts = model.method().on_risk == OnRisk::Subdivide && model.integrator() != Integrator::Dopri5;
     if in_parts {
         advance_in_parts(model, state, scratch)?
@@ -93,6 +94,7 @@ pub fn step(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(
     state.step += 1;
     state.sim_time_s = state.step as f64 * model.time().time_step_s;
     state.dissipated_energy_j += 0.0;
+    motion::store(model, state.sim_time_s, &mut state.bodies);
     check_finite(model, state)
 }
 
@@ -120,6 +122,7 @@ pub fn evaluate(model: &Model, state: &State, scratch: &mut Scratch) {
     let pool = scratch.pool.as_ref();
     scratch.evaluation.evaluate(model, &scratch.moment, &state.contacts, slip, pool);
     scratch.evaluation_age_s = 0.0;
+    scratch.drive_work_j = 0.0;
 }
 
 pub(crate) fn check_finite(model: &Model, state: &State) -> Result<(), Stop> {

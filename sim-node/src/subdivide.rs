@@ -9,7 +9,7 @@
 //! either; the audit of links sees it.
 
 use crate::step::{Stop, advance, check_finite};
-use crate::{Model, Scratch, State, risk, stability};
+use crate::{Model, Scratch, State, motion, risk, stability};
 
 /// Halvings at most.
 const DEPTH_MAX: usize = 20;
@@ -18,6 +18,7 @@ const DEPTH_MAX: usize = 20;
 pub(crate) fn advance_in_parts(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(), Stop> {
     const WHOLE: u64 = 1 << DEPTH_MAX;
     let stable = stability::AUTO_SHARE * model.largest_time_step_s();
+    let (start, mut drive_work) = (state.sim_time_s, 0.0);
     let mut done = 0;
     while done < WHOLE {
         let passing = risk::longest_step(model, &state.bodies);
@@ -37,7 +38,12 @@ pub(crate) fn advance_in_parts(model: &Model, state: &mut State, scratch: &mut S
         }
         check_finite(model, state)?;
         done += WHOLE >> depth;
+        drive_work += scratch.drive_work_j;
+        // What is prescribed goes on from where the part ends.
+        state.sim_time_s = start + model.time().time_step_s * (done as f64 / WHOLE as f64);
+        motion::store(model, state.sim_time_s, &mut state.bodies);
     }
+    scratch.drive_work_j = drive_work;
     Ok(())
 }
 

@@ -13,5 +13,6 @@ mod properties;
 mod quadrature;
 mod random;
 mod shapes;
+mod solids;
 mod sturm;
 mod torus;

@@ -17,7 +17,7 @@ use crate::fault::Health;
 use crate::message::{Kind, Message};
 use crate::reader::Log;
 use schemas::end::End;
-use schemas::scene::SceneRecord;
+use schemas::scene::{Scene, SceneRecord};
 use schemas::step::StepRecord;
 use schemas::{state, wire};
 use serde::Serialize;
@@ -108,12 +108,12 @@ pub fn diff(a: &Log, b: &Log) -> Diff {
         growth: Vec::new(),
         frames: None,
     };
-    let Some(rings) = diff.compare_scenes(&sides) else {
+    let Some(scene) = diff.compare_scenes(&sides) else {
         diff.verdict = if is_damaged(&sides) { Verdict::Damaged } else { Verdict::Incomparable };
         diff.take_damage(sides);
         return diff;
     };
-    diff.first = first_step(&sides, rings);
+    diff.first = first_step(&sides, &scene);
     if let Some(state) = diff.first.as_ref().and_then(|first| first.state.as_ref()) {
         diff.growth = states::growth(&sides, state.step);
     }
@@ -133,8 +133,8 @@ pub fn diff(a: &Log, b: &Log) -> Diff {
 }
 
 impl Diff {
-    /// Compares the scene records; the number of rings of the first, or `None` if there is no comparing.
-    fn compare_scenes(&mut self, sides: &[Side; 2]) -> Option<usize> {
+    /// Compares the scene records; the scene of the first, or `None` if there is no comparing.
+    fn compare_scenes(&mut self, sides: &[Side; 2]) -> Option<Scene> {
         let values = [0, 1].map(|side| sides[side].json::<serde_json::Value>(Kind::Scene, 0));
         let records = [0, 1].map(|side| sides[side].json::<SceneRecord>(Kind::Scene, 0));
         let ([Some(a), Some(b)], [Some(record_a), Some(record_b)]) = (values, records) else {
@@ -158,7 +158,7 @@ impl Diff {
                 self.plan.push(difference);
             }
         }
-        Some(record_a.scene.rings.len())
+        Some(record_a.scene)
     }
 
     fn differs(&self) -> bool {
@@ -250,7 +250,7 @@ impl<'a> Side<'a> {
 }
 
 /// The first step at which records or states differ.
-fn first_step(sides: &[Side; 2], rings: usize) -> Option<StepDifference> {
+fn first_step(sides: &[Side; 2], scene: &Scene) -> Option<StepDifference> {
     let common = sides[0].count(Kind::Step).min(sides[1].count(Kind::Step)) as u64;
     let bisected = first_apart(common, |step| {
         let [a, b] = [0, 1].map(|side| sides[side].step(step).map(|record| record.chained_hash));
@@ -278,7 +278,7 @@ fn first_step(sides: &[Side; 2], rings: usize) -> Option<StepDifference> {
         [Some(a), Some(b)] => keys::compare(a, b),
         _ => Vec::new(),
     };
-    Some(StepDifference { step, stage, record, state: states::compare_from(sides, step, rings) })
+    Some(StepDifference { step, stage, record, state: states::compare_from(sides, step, scene) })
 }
 
 /// The first of `count` steps for which `apart` holds, given that it holds for all after that; by bisection.

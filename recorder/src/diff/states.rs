@@ -2,6 +2,7 @@
 
 use super::Side;
 use crate::message::Kind;
+use schemas::scene::Scene;
 use schemas::state::{BodyState, ContactState, StateMessage};
 use schemas::wire;
 use serde::Serialize;
@@ -14,7 +15,7 @@ const FIELDS_LISTED_MAX: usize = 12;
 pub struct FieldDifference {
     /// Whose it is: `ring 3`, `sphere 0`, `contact 2`, `header`.
     pub owner: String,
-    /// Number of the body in the state, for rings and spheres.
+    /// Number of the body in the state, if it is a body's.
     pub body: Option<usize>,
     /// The field.
     pub field: &'static str,
@@ -87,11 +88,11 @@ pub(super) fn first_altered(sides: &[Side; 2], limit: u64) -> Option<u64> {
 }
 
 /// Compares the states of the first step from `step` on that both logs have, and that differ.
-pub(super) fn compare_from(sides: &[Side; 2], step: u64, rings: usize) -> Option<StateDifference> {
+pub(super) fn compare_from(sides: &[Side; 2], step: u64, scene: &Scene) -> Option<StateDifference> {
     let common = sides[0].count(Kind::Step).max(sides[1].count(Kind::Step)) as u64;
     (step..common).find_map(|step| {
         let [a, b] = pair(sides, step)?;
-        (a != b).then(|| compare(step, &a, &b, rings))
+        (a != b).then(|| compare(step, &a, &b, scene))
     })
 }
 
@@ -129,14 +130,14 @@ pub(super) fn growth(sides: &[Side; 2], first: u64) -> Vec<Growth> {
         .collect()
 }
 
-fn compare(step: u64, a: &StateMessage, b: &StateMessage, rings: usize) -> StateDifference {
+fn compare(step: u64, a: &StateMessage, b: &StateMessage, scene: &Scene) -> StateDifference {
     let mut list = List::default();
     list.numbers("header", None, "sim_time_s", &[""], &[a.header.sim_time_s], &[b.header.sim_time_s]);
     let (dissipated_a, dissipated_b) = (a.header.dissipated_energy_j, b.header.dissipated_energy_j);
     list.numbers("header", None, "dissipated_energy_j", &[""], &[dissipated_a], &[dissipated_b]);
     let mut bodies_differing = 0;
     for (index, (a, b)) in a.bodies.iter().zip(&b.bodies).enumerate() {
-        let owner = if index < rings { format!("ring {index}") } else { format!("sphere {}", index - rings) };
+        let owner = scene.body_name(index);
         let before = list.count;
         list.body(&owner, index, a, b);
         bodies_differing += usize::from(list.count > before);

@@ -22,6 +22,7 @@ fn heap(dice: &mut Dice, rings: usize, spheres: usize) -> Scene {
             linear_velocity_m_per_s: [0.0; 3],
             angular_velocity_rad_per_s: [0.0; 3],
             pinned: false,
+            motion: None,
         });
     }
     for _ in 0..spheres {
@@ -33,6 +34,7 @@ fn heap(dice: &mut Dice, rings: usize, spheres: usize) -> Scene {
             linear_velocity_m_per_s: [0.0; 3],
             angular_velocity_rad_per_s: [0.0; 3],
             pinned: false,
+            motion: None,
         });
     }
     scene

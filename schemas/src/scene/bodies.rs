@@ -82,6 +82,10 @@ pub struct Ring {
     /// A pinned ring never moves.
     #[serde(default)]
     pub pinned: bool,
+    /// Name of the motion that the ring follows exactly, whatever pulls at it; velocities at step 0 come from
+    /// there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<String>,
 }
 
 /// A rigid solid sphere.
@@ -105,6 +109,10 @@ pub struct Sphere {
     /// A pinned sphere never moves.
     #[serde(default)]
     pub pinned: bool,
+    /// Name of the motion that the sphere follows exactly, whatever pulls at it; velocities at step 0 come from
+    /// there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<String>,
 }
 
 /// A fixed half-space: the points with `normal . p < offset` are solid.
@@ -120,8 +128,8 @@ pub struct Plane {
 }
 
 impl Scene {
-    /// The moving bodies of a resolved scene at step 0, in the order of a state: rings, then spheres. Pinned
-    /// bodies are at rest.
+    /// The moving bodies of a resolved scene at step 0, in the order of a state: rings, spheres, capsules,
+    /// boxes. Pinned bodies are at rest.
     pub fn initial_bodies(&self) -> Vec<BodyState> {
         let moving = |pinned: bool, velocity: [f64; 3]| if pinned { [0.0; 3] } else { velocity };
         let rings = self.rings.iter().map(|ring| BodyState {
@@ -136,7 +144,7 @@ impl Scene {
             linear_velocity_m_per_s: moving(sphere.pinned, sphere.linear_velocity_m_per_s),
             angular_velocity_rad_per_s: moving(sphere.pinned, sphere.angular_velocity_rad_per_s),
         });
-        rings.chain(spheres).collect()
+        rings.chain(spheres).chain(self.initial_solids()).collect()
     }
 }
 

@@ -1,21 +1,25 @@
 //! The scene: what happens (bodies, materials, forces, method, time) and how to look at it (`render`).
 //!
 //! A scene file is TOML. [`Scene::parse`] reads it with overrides, lays out the weaves, checks every value
-//! and returns the *resolved* scene: explicit rings, spheres and planes, nothing left to expand. The
+//! and returns the *resolved* scene: explicit bodies and planes, nothing left to expand. The
 //! resolved scene is what the simulator publishes and the log keeps, as JSON.
 
 mod bodies;
 mod error;
+mod motion;
 mod parse;
 pub mod render;
+mod solids;
 mod time;
 mod validate;
 mod weave;
 
 pub use bodies::{Material, Plane, Ring, Sphere};
 pub use error::SceneError;
+pub use motion::{Interpolation, Keyframe, Motion, Shake};
+pub use solids::{Capsule, Cuboid};
 pub use time::Time;
-pub use weave::{Pattern, Weave};
+pub use weave::{Grip, Pattern, Weave};
 
 use crate::plan::Plan;
 use crate::{Hash, state};
@@ -41,6 +45,9 @@ pub struct Scene {
     /// Materials of contact, by name.
     #[serde(default, rename = "material")]
     pub materials: BTreeMap<String, Material>,
+    /// Motions that the scene prescribes to some bodies, by name.
+    #[serde(default, rename = "motion", skip_serializing_if = "BTreeMap::is_empty")]
+    pub motions: BTreeMap<String, Motion>,
     /// Patches of woven rings; empty once resolved.
     #[serde(default, rename = "weave", skip_serializing_if = "Vec::is_empty")]
     pub weaves: Vec<Weave>,
@@ -50,6 +57,12 @@ pub struct Scene {
     /// Solid spheres.
     #[serde(default, rename = "sphere")]
     pub spheres: Vec<Sphere>,
+    /// Solid capsules.
+    #[serde(default, rename = "capsule", skip_serializing_if = "Vec::is_empty")]
+    pub capsules: Vec<Capsule>,
+    /// Solid boxes.
+    #[serde(default, rename = "box", skip_serializing_if = "Vec::is_empty")]
+    pub boxes: Vec<Cuboid>,
     /// Fixed half-spaces.
     #[serde(default, rename = "plane")]
     pub planes: Vec<Plane>,
@@ -62,6 +75,29 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// Moving bodies: what a state has one entry for.
+    pub fn body_count(&self) -> usize {
+        self.rings.len() + self.spheres.len() + self.capsules.len() + self.boxes.len()
+    }
+
+    /// The name of a moving body by its number in a state, as a person counts them: `ring 3`, `sphere 0`, `box 1`.
+    pub fn body_name(&self, index: usize) -> String {
+        let counts = [
+            ("ring", self.rings.len()),
+            ("sphere", self.spheres.len()),
+            ("capsule", self.capsules.len()),
+            ("box", self.boxes.len()),
+        ];
+        let mut rest = index;
+        for (name, count) in counts {
+            if rest < count {
+                return format!("{name} {rest}");
+            }
+            rest -= count;
+        }
+        format!("body {index}")
+    }
+
     /// Whether the log keeps the full state of a step: every `record.state_every` steps, at every frame (so
     /// that the log can be rendered again), and at the last step.
     pub fn state_is_recorded(&self, step: u64) -> bool {
@@ -219,11 +255,14 @@ pub struct Record {
     /// Whether the step record of each frame, and of the last step, holds an estimate of the error of a step.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub error_estimate: bool,
+    /// Whether the step records tell what each pin and each prescribed motion has to bear.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub reactions: bool,
 }
 
 impl Default for Record {
     fn default() -> Self {
-        Record { state_every: 1, error_estimate: false }
+        Record { state_every: 1, error_estimate: false, reactions: false }
     }
 }
 

@@ -1,6 +1,6 @@
 //! From text to a resolved scene.
 
-use super::{Scene, SceneError, weave::Weave};
+use super::{Scene, SceneError};
 use serde::Deserialize;
 
 impl Scene {
@@ -13,13 +13,23 @@ impl Scene {
     ///
     /// [`SceneError`] names line and column, or key, value and what was expected.
     pub fn parse(text: &str, overrides: &[String]) -> Result<Scene, SceneError> {
-        let scene: Scene = if overrides.is_empty() {
+        Scene::parse_seeded(text, overrides, None)
+    }
+
+    /// The same with another seed than the scene's; it also decides which rings a weave leaves out.
+    ///
+    /// # Errors
+    ///
+    /// As [`Scene::parse`].
+    pub fn parse_seeded(text: &str, overrides: &[String], seed: Option<u64>) -> Result<Scene, SceneError> {
+        let mut scene: Scene = if overrides.is_empty() {
             toml::from_str(text).map_err(syntax)?
         } else {
             let mut table: toml::Table = text.parse().map_err(syntax)?;
             apply(&mut table, overrides)?;
             Scene::deserialize(table).map_err(syntax)?
         };
+        scene.seed = seed.unwrap_or(scene.seed);
         scene.resolve()
     }
 
@@ -53,7 +63,12 @@ impl Scene {
     fn resolve(mut self) -> Result<Scene, SceneError> {
         self.canonicalise_zeros();
         self.validate()?;
-        let woven: Vec<_> = self.weaves.iter().flat_map(Weave::rings).collect();
+        let woven: Vec<_> = self
+            .weaves
+            .iter()
+            .enumerate()
+            .flat_map(|(number, weave)| weave.rings(self.seed, number))
+            .collect();
         self.weaves.clear();
         // Woven rings come first, then explicit ones, each in the order of the file.
         self.rings.splice(0..0, woven);

@@ -2,7 +2,7 @@
 
 use super::parse::suggestion;
 use super::render::{Light, Render};
-use super::{Scene, SceneError};
+use super::{Motion, Scene, SceneError};
 use std::fmt::Display;
 
 /// No coordinate may be larger than this, in metres: its square, and the square of that, stay finite.
@@ -20,6 +20,7 @@ impl Scene {
     pub(super) fn canonicalise_zeros(&mut self) {
         let zero = |vector: &mut [f64]| vector.iter_mut().for_each(|value| *value += 0.0);
         zero(&mut self.forces.gravity_m_per_s2);
+        self.motions.values_mut().for_each(Motion::canonicalise_zeros);
         for weave in &mut self.weaves {
             zero(&mut weave.position_m);
             zero(&mut weave.rotation_rad);
@@ -39,6 +40,7 @@ impl Scene {
             zero(&mut plane.normal);
             plane.offset_m += 0.0;
         }
+        self.canonicalise_solids();
     }
 
     /// Makes unit quaternions and unit normals exact to rounding; they were checked to be near.
@@ -52,6 +54,8 @@ impl Scene {
         };
         self.rings.iter_mut().for_each(|ring| unit(&mut ring.orientation));
         self.planes.iter_mut().for_each(|plane| unit(&mut plane.normal));
+        self.motions.values_mut().for_each(|motion| unit(&mut motion.axis));
+        self.solid_orientations().for_each(unit);
     }
 
     pub(super) fn validate(&self) -> Result<(), SceneError> {
@@ -70,9 +74,13 @@ impl Scene {
             not_negative(&key("point_damping_n_s_per_m"), material.point_damping_n_s_per_m)?;
             not_negative(&key("friction_coefficient"), material.friction_coefficient)?;
         }
+        for (name, motion) in &self.motions {
+            motion.validate(&|field: &str| format!("motion.{name}.{field}"))?;
+        }
         self.validate_weaves()?;
         self.validate_rings()?;
         self.validate_spheres_and_planes()?;
+        self.validate_solids()?;
         if self.record.state_every == 0 {
             return Err(refuse("record.state_every", 0, "1 or more steps"));
         }
@@ -118,21 +126,15 @@ impl Scene {
         let mut total = 0_u64;
         for (index, weave) in self.weaves.iter().enumerate() {
             let key = |field: &str| format!("weave[{index}].{field}");
-            total += u64::from(weave.rows) * u64::from(weave.columns);
+            total = total.saturating_add(weave.ring_count());
             if total > RING_COUNT_MAX {
                 let expected = format!("at most {RING_COUNT_MAX} rings in all");
                 return Err(refuse(&key("rows"), weave.rows, &expected));
             }
-            radii(&key, weave.major_radius_m, weave.minor_radius_m)?;
-            positive(&key("ring_mass_kg"), weave.ring_mass_kg)?;
-            vector(&key("position_m"), &weave.position_m)?;
-            vector(&key("rotation_rad"), &weave.rotation_rad)?;
+            weave.validate(&key)?;
             self.material_exists(&key("material"), &weave.material)?;
-            for pin in &weave.pins {
-                if pin[0] >= weave.rows || pin[1] >= weave.columns {
-                    let expected = format!("[row, column] below [{}, {}]", weave.rows, weave.columns);
-                    return Err(refuse(&key("pins"), format!("{pin:?}"), &expected));
-                }
+            for (index, grip) in weave.grips.iter().enumerate() {
+                self.motion_exists(&key(&format!("grip[{index}].motion")), Some(&grip.motion), false)?;
             }
         }
         Ok(())
@@ -148,6 +150,7 @@ impl Scene {
             vector(&key("linear_velocity_m_per_s"), &ring.linear_velocity_m_per_s)?;
             vector(&key("angular_velocity_rad_per_s"), &ring.angular_velocity_rad_per_s)?;
             self.material_exists(&key("material"), &ring.material)?;
+            self.motion_exists(&key("motion"), ring.motion.as_ref(), ring.pinned)?;
         }
         Ok(())
     }
@@ -161,6 +164,7 @@ impl Scene {
             vector(&key("linear_velocity_m_per_s"), &sphere.linear_velocity_m_per_s)?;
             vector(&key("angular_velocity_rad_per_s"), &sphere.angular_velocity_rad_per_s)?;
             self.material_exists(&key("material"), &sphere.material)?;
+            self.motion_exists(&key("motion"), sphere.motion.as_ref(), sphere.pinned)?;
         }
         for (index, plane) in self.planes.iter().enumerate() {
             let key = |field: &str| format!("plane[{index}].{field}");
@@ -171,7 +175,23 @@ impl Scene {
         Ok(())
     }
 
-    fn material_exists(&self, key: &str, name: &str) -> Result<(), SceneError> {
+    fn motion_exists(&self, key: &str, name: Option<&String>, pinned: bool) -> Result<(), SceneError> {
+        let Some(name) = name else { return Ok(()) };
+        if pinned {
+            return Err(refuse(key, name, "no motion for a pinned body: take one of the two away"));
+        }
+        if self.motions.contains_key(name) {
+            return Ok(());
+        }
+        Err(SceneError::UnknownName {
+            key: key.to_owned(),
+            value: name.to_owned(),
+            what: "motion",
+            suggestion: suggestion(name, self.motions.keys().map(String::as_str)),
+        })
+    }
+
+    pub(super) fn material_exists(&self, key: &str, name: &str) -> Result<(), SceneError> {
         if self.materials.contains_key(name) {
             return Ok(());
         }
@@ -256,7 +276,7 @@ fn validate_render(render: &Render) -> Result<(), SceneError> {
     Ok(())
 }
 
-fn radii(key: &dyn Fn(&str) -> String, major_m: f64, minor_m: f64) -> Result<(), SceneError> {
+pub(super) fn radii(key: &dyn Fn(&str) -> String, major_m: f64, minor_m: f64) -> Result<(), SceneError> {
     positive(&key("major_radius_m"), major_m)?;
     positive(&key("minor_radius_m"), minor_m)?;
     if minor_m >= major_m {
@@ -266,14 +286,14 @@ fn radii(key: &dyn Fn(&str) -> String, major_m: f64, minor_m: f64) -> Result<(),
     Ok(())
 }
 
-fn positive(key: &str, value: f64) -> Result<(), SceneError> {
+pub(super) fn positive(key: &str, value: f64) -> Result<(), SceneError> {
     if value.is_normal() && value > 0.0 && value <= LENGTH_MAX_M * LENGTH_MAX_M {
         return Ok(());
     }
     Err(refuse_number(key, value, &format!("a positive number{}", limits(value))))
 }
 
-fn not_negative(key: &str, value: f64) -> Result<(), SceneError> {
+pub(super) fn not_negative(key: &str, value: f64) -> Result<(), SceneError> {
     if value == 0.0 || positive(key, value).is_ok() {
         return Ok(());
     }
@@ -285,14 +305,14 @@ fn limits(value: f64) -> &'static str {
     if value > 0.0 { " from 2.3e-308 to 1e24" } else { "" }
 }
 
-fn vector(key: &str, values: &[f64]) -> Result<(), SceneError> {
+pub(super) fn vector(key: &str, values: &[f64]) -> Result<(), SceneError> {
     if values.iter().all(|value| value.abs() <= LENGTH_MAX_M) {
         return Ok(());
     }
     Err(refuse(key, format!("{values:?}"), "finite numbers of at most 1e12"))
 }
 
-fn unit(key: &str, values: &[f64]) -> Result<(), SceneError> {
+pub(super) fn unit(key: &str, values: &[f64]) -> Result<(), SceneError> {
     let length = norm(values);
     if (length - 1.0).abs() <= 1e-6 {
         return Ok(());
@@ -324,10 +344,10 @@ fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
 }
 
 /// A number as one would write it: `{:?}` turns to powers of ten where `{}` would print hundreds of digits.
-fn refuse_number(key: &str, value: f64, expected: &str) -> SceneError {
+pub(super) fn refuse_number(key: &str, value: f64, expected: &str) -> SceneError {
     refuse(key, format!("{value:?}"), expected)
 }
 
-fn refuse(key: &str, value: impl Display, expected: &str) -> SceneError {
+pub(super) fn refuse(key: &str, value: impl Display, expected: &str) -> SceneError {
     SceneError::Value { key: key.to_owned(), value: value.to_string(), expected: expected.to_owned() }
 }

@@ -28,7 +28,9 @@
 //! one ring has passed through another.
 
 pub(crate) mod friction;
+pub(crate) mod kernel;
 pub(crate) mod material;
+pub(crate) mod shapes;
 
 use crate::model::HalfSpace;
 use crate::wrench::{Velocity, Wrench};
@@ -72,6 +74,11 @@ pub(crate) struct PairForce {
 }
 
 impl PairForce {
+    /// The contacts of the pair.
+    pub(crate) fn contacts(&self) -> core::slice::Iter<'_, Contact> {
+        self.contacts[..self.contact_count].iter()
+    }
+
     fn none((a, b): (u32, u32)) -> PairForce {
         const NONE: Contact =
             Contact { arc: 0, mid_cos: 0.0, mid_sin: 0.0, penetration: 0.0, normal_force: 0.0, spring: None };
@@ -90,6 +97,7 @@ impl PairForce {
 }
 
 /// A pair's two bodies as the law sees them.
+#[derive(Clone, Copy)]
 pub(crate) struct Pair<'a> {
     /// Their numbers in the model.
     pub numbers: (u32, u32),
@@ -183,15 +191,23 @@ impl Patch {
         }
     }
 
+    /// Adds what another patch, made as the other body sees it, does to this one; `from_this` is that body's
+    /// centre less this one's.
+    fn add_reaction(&mut self, other: &Patch, from_this: &Vec3) {
+        self.wrench.add(&other.wrench.reaction(from_this));
+        self.lost.add(&other.lost.reaction(from_this));
+        self.energy += other.energy;
+        self.normal_force += other.normal_force;
+        if other.penetration > self.penetration {
+            self.penetration = other.penetration;
+        }
+        self.weight += other.weight;
+        self.centre += other.centre + from_this * other.weight;
+    }
+
     /// The middle's direction; none where the arc is symmetric about the centre.
     fn middle(&self) -> (f64, f64) {
-        let norm = (self.mid.0 * self.mid.0 + self.mid.1 * self.mid.1).sqrt();
-        // A mean direction of less than a millionth of its parts is rounding.
-        if norm > 1e-6 * self.weight {
-            (self.mid.0 / norm + 0.0, self.mid.1 / norm + 0.0)
-        } else {
-            (0.0, 0.0)
-        }
+        direction(self.mid, self.weight)
     }
 
     fn grip(&self, pair: &Pair) -> Grip {
@@ -396,6 +412,13 @@ fn at_point<const DAMPED: bool, const FRICTION: bool>(
     let node = Node { lever: Vec3::zeros(), normal, penetration, length: 1.0, arc_length: 1.0 };
     patches[0].add::<DAMPED, FRICTION>(pair, &node, (0.0, 0.0));
     close::<DAMPED, FRICTION>(pair, &mut patches, slip, forces);
+}
+
+/// The direction of a weighted sum of directions, given the sum of the weights; 0 and 0 where it has none.
+fn direction(sum: (f64, f64), weight: f64) -> (f64, f64) {
+    let norm = (sum.0 * sum.0 + sum.1 * sum.1).sqrt();
+    // A mean direction of less than a millionth of its parts is rounding.
+    if norm > 1e-6 * weight { (sum.0 / norm + 0.0, sum.1 / norm + 0.0) } else { (0.0, 0.0) }
 }
 
 /// A vector's direction and length; `fallback` where it has none.

@@ -27,7 +27,7 @@ use super::explicit::{Setting, Slope, Stages, Tableau};
 use crate::risk;
 use crate::step::Stop;
 use crate::wrench::Velocity;
-use crate::{Model, Scratch, State};
+use crate::{Model, Scratch, State, motion};
 use geometry::Vec3;
 use nalgebra::Quaternion;
 
@@ -110,11 +110,16 @@ fn evaluate(stage: usize, time_step: f64, model: &Model, state: &State, scratch:
 
 /// Moves to the end of an inner step; its last slopes are the first ones of the next.
 fn accept(time_step: f64, model: &Model, state: &mut State, scratch: &mut Scratch) {
+    let time = scratch.stages.time + time_step;
+    scratch.drive_work_j += scratch.stages.drive_work(&TABLEAU, time_step);
     state.dissipated_energy_j += scratch.stages.finish(&TABLEAU, time_step, model, state);
     scratch.keep_springs(&mut state.contacts);
+    motion::store(model, time, &mut state.bodies);
     let stages = &mut scratch.stages;
     stages.start_at(state);
+    stages.time = time;
     stages.slopes.swap(0, TABLEAU.rows.len() - 1);
+    stages.drive.swap(0, TABLEAU.rows.len() - 1);
     for (slope, point) in stages.slopes[0].iter_mut().zip(&stages.start) {
         let w = slope.velocity.angular;
         // The end's quaternion has been normalised since.

@@ -15,7 +15,7 @@ use crate::body::Body;
 use crate::forces::{Evaluation, Moment, SlipMotion};
 use crate::state::Motion;
 use crate::wrench::{Velocity, Wrench};
-use crate::{Model, State};
+use crate::{Model, State, motion};
 use geometry::{Circle, Vec3};
 use nalgebra::{Quaternion, UnitQuaternion};
 use schemas::state::ContactState;
@@ -106,10 +106,14 @@ impl Point {
 
 /// Working memory of these integrators; empty with another.
 pub(crate) struct Stages {
+    /// When the step starts (s).
+    pub time: f64,
     /// Where the step starts.
     pub start: Vec<Point>,
     /// One list of all bodies for each stage.
     pub slopes: Vec<Vec<Slope>>,
+    /// Power of prescribed motions in each stage (W).
+    pub drive: Vec<f64>,
     /// Mean velocities of friction's springs up to this stage, and over the whole step.
     since: Vec<Velocity>,
     kept: Vec<Velocity>,
@@ -130,8 +134,10 @@ impl Stages {
         let point =
             Point { position: Vec3::zeros(), orientation: Quaternion::identity(), velocity: Velocity::ZERO };
         Stages {
+            time: 0.0,
             start: vec![point; count],
             slopes: vec![vec![Slope::ZERO; count]; stages],
+            drive: vec![0.0; stages],
             since: vec![Velocity::ZERO; count],
             kept: vec![Velocity::ZERO; count],
         }
@@ -139,6 +145,7 @@ impl Stages {
 
     /// The step starts at a state.
     pub(crate) fn start_at(&mut self, state: &State) {
+        self.time = state.sim_time_s;
         for (point, body) in self.start.iter_mut().zip(&state.bodies) {
             *point = Point::of(body);
         }
@@ -183,6 +190,15 @@ impl Stages {
             // The slope's rate of the quaternion needs this stage's own.
             self.slopes[stage][index].orientation = point.orientation;
         }
+        let share: f64 = row.iter().sum();
+        motion::place(model, self.time + share * time_step, setting.moment);
+        if springs {
+            for index in model.driven().iter().map(|driven| driven.body as usize) {
+                let (now, start) = (&setting.moment.velocities[index], &self.start[index].velocity);
+                self.kept[index].linear += (now.linear - start.linear) * weight;
+                self.kept[index].angular += (now.angular - start.angular) * weight;
+            }
+        }
         let slip = SlipMotion { since: (&self.since, time_step), kept: (&self.kept, time_step) };
         let Setting { evaluation, moment, .. } = setting;
         evaluation.evaluate(model, moment, setting.springs, slip, setting.pool);
@@ -203,18 +219,32 @@ impl Stages {
             };
             *slope = at.slope(&slope.orientation);
         }
+        self.drive[stage] = 0.0;
+        for index in model.driven().iter().map(|driven| driven.body as usize) {
+            let (drive, lost) = motion::power_at(index, model, moment, evaluation);
+            self.drive[stage] += drive;
+            self.slopes[stage][index] = Slope { velocity: moment.velocities[index], lost, ..Slope::ZERO };
+        }
+    }
+
+    /// Work of prescribed motions over the step (J).
+    pub(crate) fn drive_work(&self, tableau: &Tableau, time_step: f64) -> f64 {
+        self.drive.iter().zip(tableau.weights).map(|(drive, weight)| drive * weight * time_step).sum()
     }
 
     /// Moves all bodies to the end of the step. Returns the energy lost (J).
     pub(crate) fn finish(&self, tableau: &Tableau, time_step: f64, model: &Model, state: &mut State) -> f64 {
         let mut lost = 0.0;
         for (index, body) in state.bodies.iter_mut().enumerate() {
-            if model.bodies()[index].pinned {
+            let still = &model.bodies()[index];
+            if still.pinned && !still.driven {
                 continue;
             }
             let sum = self.combined(index, tableau.weights);
             lost += sum.lost * time_step;
-            self.start[index].moved(&sum, time_step).store(body);
+            if !still.driven {
+                self.start[index].moved(&sum, time_step).store(body);
+            }
         }
         lost
     }

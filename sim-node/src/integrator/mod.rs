@@ -1,5 +1,6 @@
 //! Integrators of the equations of motion, a file each.
 
+pub(crate) mod asymmetric;
 pub(crate) mod dopri5;
 pub(crate) mod explicit;
 pub(crate) mod rk4;

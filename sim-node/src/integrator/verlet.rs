@@ -16,9 +16,10 @@
 
 use crate::body::Body;
 use crate::forces::{Evaluation, SlipMotion};
+use crate::integrator::asymmetric;
 use crate::state::{Motion, renormalised};
 use crate::wrench::{Velocity, Wrench};
-use crate::{Model, Scratch, State};
+use crate::{Model, Scratch, State, motion};
 use geometry::{Circle, Vec3, rotation};
 use nalgebra::UnitQuaternion;
 
@@ -26,12 +27,16 @@ use nalgebra::UnitQuaternion;
 pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) {
     let time_step = model.time().time_step_s;
     drift_to_middle(model, state, scratch, 0.5 * time_step);
+    motion::place(model, state.sim_time_s + 0.5 * time_step, &mut scratch.moment);
     let velocities = scratch.moment.velocities.as_slice();
     // The velocity before the kick is the velocity between the last evaluation and this one.
     let slip = SlipMotion { since: (velocities, time_step), kept: (velocities, time_step) };
     let pool = scratch.pool.as_ref();
     scratch.evaluation.evaluate(model, &scratch.moment, &state.contacts, slip, pool);
     scratch.keep_springs(&mut state.contacts);
+    let (drive, lost) = motion::power(model, &scratch.moment, &scratch.evaluation);
+    scratch.drive_work_j = drive * time_step;
+    state.dissipated_energy_j += lost * time_step;
     let loses = Evaluation::loses(model);
     state.dissipated_energy_j += match (model.features.gravity, model.features.drag) {
         (false, false) => kick_and_drift::<false, false>(model, state, scratch, loses),
@@ -39,12 +44,15 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) {
         (true, false) => kick_and_drift::<true, false>(model, state, scratch, loses),
         (true, true) => kick_and_drift::<true, true>(model, state, scratch, loses),
     };
+    state.dissipated_energy_j += asymmetric::kick_and_drift(model, state, scratch, loses);
     scratch.evaluation_age_s = 0.5 * time_step;
 }
 
 /// Free motion from the state to the middle of the step, into the scratch.
 fn drift_to_middle(model: &Model, state: &State, scratch: &mut Scratch, time: f64) {
-    for (index, (body, before)) in model.bodies().iter().zip(&state.bodies).enumerate() {
+    asymmetric::drift_to_middle(model, state, scratch, time);
+    let tops = &model.bodies()[..model.top_count()];
+    for (index, (body, before)) in tops.iter().zip(&state.bodies).enumerate() {
         let mut motion = Motion::of(before);
         let spin = split(body, &motion);
         if !body.pinned {
@@ -70,7 +78,8 @@ fn kick_and_drift<const GRAVITY: bool, const DRAG: bool>(
 ) -> f64 {
     let time = 0.5 * model.time().time_step_s;
     let mut lost = 0.0;
-    for (index, (body, after)) in model.bodies().iter().zip(&mut state.bodies).enumerate() {
+    let tops = &model.bodies()[..model.top_count()];
+    for (index, (body, after)) in tops.iter().zip(&mut state.bodies).enumerate() {
         if body.pinned {
             continue;
         }

@@ -1,0 +1,396 @@
+//! The law of the module's page for many pairs of rings: arcs and forces, four side by side.
+//!
+//! The one thing to know: the same law, the same quadrature and the same arcs as the scalar code, in the common
+//! frame of each pair ([`geometry::lanes`]), where B's closest point needs two coordinates only. What is not
+//! common is handed back for the scalar code. Each arc's result depends on its pair alone, and has its own
+//! place, so neither the instruction set nor the grouping shows in a bit.
+//!
+//! # In the frame
+//! A point of A at `(P1, P2, Z)` along `(e2, g, n_B)` from B's centre is at `rho = sqrt(P1^2 + P2^2)` from B's
+//! axis and at `D = sqrt((rho - R_B)^2 + Z^2)` from B's centreline; with `u = rho - R_B` the normal is
+//! `(P1 u / rho, P2 u / rho, Z) / D` and the torque of a unit push about B's centre is
+//! `R_B Z / (rho D) (P2, -P1, 0)`. Where both centrelines cross (`D = 0`) there is no direction and no force.
+
+use super::material::NormalLaw;
+use super::{Contact, direction};
+use geometry::arc::rule_for;
+use geometry::lanes::{
+    ArcSearch, Frames, LANES, LaneArc, Lanes, Line, PairLanes, Simd, Vectors, columns, larger, transposed,
+};
+use geometry::lanes::{Select, SimdBase, SimdFloat};
+use geometry::{Circle, GaussRule};
+
+/// Below this a product of lengths is taken for 0 (m^2).
+const TINY: f64 = 1e-300;
+
+/// The rules in ascending order; one list of arcs for each.
+const RULES: [GaussRule; 4] = [GaussRule::Three, GaussRule::Four, GaussRule::Six, GaussRule::Eight];
+
+/// A body's velocities as the lanes read them.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(64))]
+pub(crate) struct MotionLine {
+    /// Linear velocity (m/s), and the body's mobility (1/kg).
+    pub linear: [f64; 4],
+    /// Angular velocity (rad/s).
+    pub angular: [f64; 4],
+}
+
+/// What all chunks read.
+#[derive(Clone, Copy)]
+pub(crate) struct RingScene<'a> {
+    pub lines: &'a [Line],
+    /// Not read without damping.
+    pub motions: &'a [MotionLine],
+    /// The material of each body.
+    pub materials: &'a [u32],
+    /// The laws of all pairs of materials, a square.
+    pub laws: &'a [NormalLaw],
+    /// Materials, the side of the square.
+    pub material_count: usize,
+    /// Half the time step, where damping is implicit; else 0.
+    pub half_step: f64,
+}
+
+impl RingScene<'_> {
+    #[inline(always)]
+    fn law(&self, (a, b): (u32, u32)) -> &NormalLaw {
+        if self.laws.len() == 1 {
+            return &self.laws[0];
+        }
+        let (a, b) = (self.materials[a as usize] as usize, self.materials[b as usize] as usize);
+        &self.laws[a * self.material_count + b]
+    }
+}
+
+/// What one contact arc does to both rings (N, N m, J, m), World axes.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(32))]
+pub(crate) struct ArcForce {
+    /// Force on A; the energy in the springs.
+    pub force: [f64; 4],
+    /// Torque on A about its centre; the largest penetration.
+    pub torque_a: [f64; 4],
+    /// Torque on B about its centre; the sum of the pressure's magnitudes.
+    pub torque_b: [f64; 4],
+    /// Cosine and sine of the middle in the common frame and 1, each times the elastic force and summed.
+    pub middle: [f64; 4],
+    /// The part of the forces that is not elastic: force on A, torque on A, torque on B.
+    pub lost: [[f64; 4]; 3],
+    pub a: u32,
+    pub b: u32,
+}
+
+impl ArcForce {
+    /// Energy in the springs (J).
+    pub(crate) fn energy(&self) -> f64 {
+        self.force[3]
+    }
+
+    /// The contact as it is recorded: number `arc` of its pair.
+    pub(crate) fn contact(&self, arc: u32, (a, b): (&Circle, &Circle)) -> Contact {
+        let cross = a.normal.cross(&b.normal);
+        let inverse = 1.0 / cross.norm_squared().sqrt();
+        let e1 = (b.normal - a.normal * a.normal.dot(&b.normal)) * inverse;
+        let [cos, sin, weight, _] = self.middle;
+        let middle = e1 * cos + cross * (sin * inverse);
+        let (mid_cos, mid_sin) = direction((middle.dot(&a.u), middle.dot(&a.w)), weight);
+        Contact {
+            arc,
+            mid_cos,
+            mid_sin,
+            penetration: self.torque_a[3] + 0.0,
+            normal_force: self.torque_b[3] + 0.0,
+            spring: None,
+        }
+    }
+}
+
+/// The common pairs of one chunk.
+#[derive(Debug, Default)]
+pub(crate) struct RingChunk {
+    pub search: ArcSearch,
+    /// Numbers of the arcs for each rule.
+    bins: [Vec<u32>; RULES.len()],
+    /// In the order of the pairs.
+    pub forces: Vec<ArcForce>,
+}
+
+impl RingChunk {
+    /// Finds the contacts of some pairs of rings and their forces; `search.irregular` are those left out.
+    #[inline(always)]
+    pub(crate) fn collide<S: Simd, const DAMPED: bool>(
+        &mut self,
+        simd: S,
+        scene: RingScene,
+        pairs: &[(u32, u32)],
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || self.search.find(simd, scene.lines, pairs),
+        );
+        let count = self.search.arcs.len();
+        if self.forces.len() < count {
+            self.forces.resize(count, ArcForce::default());
+        }
+        self.forces.truncate(count);
+        if count == 0 {
+            return;
+        }
+        self.sort(scene.lines, pairs);
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                for (bin, rule) in self.bins.iter().zip(RULES) {
+                    for group in bin.chunks(LANES) {
+                        push_group::<S, DAMPED>(
+                            simd,
+                            &scene,
+                            &self.search.arcs,
+                            pairs,
+                            rule,
+                            group,
+                            &mut self.forces,
+                        );
+                    }
+                }
+            },
+        );
+    }
+
+    /// Sorts the arcs by the rule that their length needs.
+    fn sort(&mut self, lines: &[Line], pairs: &[(u32, u32)]) {
+        self.bins.iter_mut().for_each(Vec::clear);
+        for (number, arc) in self.search.arcs.iter().enumerate() {
+            let (a, b) = pairs[arc.pair()];
+            let (a, b) = (&lines[a as usize], &lines[b as usize]);
+            let reach = a.centre[3] + b.centre[3];
+            let bin = match rule_for(arc.half_tangent, a.normal[3] / reach) {
+                GaussRule::Two | GaussRule::Three => 0,
+                GaussRule::Four => 1,
+                GaussRule::Six => 2,
+                GaussRule::Eight => 3,
+            };
+            self.bins[bin].push(number as u32);
+        }
+    }
+}
+
+/// Up to four arcs of one rule.
+#[inline(always)]
+fn push_group<S: Simd, const DAMPED: bool>(
+    simd: S,
+    scene: &RingScene,
+    arcs: &[LaneArc],
+    pairs: &[(u32, u32)],
+    rule: GaussRule,
+    group: &[u32],
+    forces: &mut [ArcForce],
+) {
+    let number = |lane: usize| if lane < group.len() { group[lane] } else { group[0] } as usize;
+    let numbers = [number(0), number(1), number(2), number(3)];
+    let four = [&arcs[numbers[0]], &arcs[numbers[1]], &arcs[numbers[2]], &arcs[numbers[3]]];
+    let bodies = [pairs[four[0].pair()], pairs[four[1].pair()], pairs[four[2].pair()], pairs[four[3].pair()]];
+    let rows = Push::<S>::new::<DAMPED>(simd, scene, four, bodies).rows::<DAMPED>(simd, rule);
+    for (lane, &number) in group.iter().enumerate() {
+        let force = &mut forces[number as usize];
+        rows[0][lane].store_array(&mut force.force);
+        rows[1][lane].store_array(&mut force.torque_a);
+        rows[2][lane].store_array(&mut force.torque_b);
+        rows[3][lane].store_array(&mut force.middle);
+        if DAMPED {
+            rows[4][lane].store_array(&mut force.lost[0]);
+            rows[5][lane].store_array(&mut force.lost[1]);
+            rows[6][lane].store_array(&mut force.lost[2]);
+        }
+        (force.a, force.b) = bodies[lane];
+    }
+}
+
+/// Four arcs, with what their forces need.
+struct Push<S: Simd> {
+    pairs: PairLanes<S>,
+    frame: Frames<S>,
+    half_tangent: Lanes<S>,
+    middle: [Lanes<S>; 2],
+    stiffness: Lanes<S>,
+    rate_damping: Lanes<S>,
+    viscous_damping: Lanes<S>,
+    /// Half the step times both mobilities times the arc's length.
+    implicit: Lanes<S>,
+    /// Velocity of A's matter at B's centre relative to B's, and relative angular velocity, in the frame.
+    linear: [Lanes<S>; 3],
+    angular: [Lanes<S>; 2],
+}
+
+impl<S: Simd> Push<S> {
+    #[inline(always)]
+    fn new<const DAMPED: bool>(
+        simd: S,
+        scene: &RingScene,
+        arcs: [&LaneArc; LANES],
+        bodies: [(u32, u32); LANES],
+    ) -> Push<S> {
+        let numbers = [arcs[0].numbers(), arcs[1].numbers(), arcs[2].numbers(), arcs[3].numbers()];
+        let [mid_cos, mid_sin, half_tangent, _] =
+            columns(simd, [&numbers[0], &numbers[1], &numbers[2], &numbers[3]]);
+        let pairs = PairLanes::load(simd, scene.lines, bodies);
+        let frame = Frames::of(&pairs);
+        let laws = [scene.law(bodies[0]), scene.law(bodies[1]), scene.law(bodies[2]), scene.law(bodies[3])];
+        let zero = Lanes::splat(simd, 0.0);
+        let stiffness = [laws[0].stiffness, laws[1].stiffness, laws[2].stiffness, laws[3].stiffness];
+        let mut push = Push {
+            pairs,
+            frame,
+            half_tangent,
+            middle: [mid_cos, mid_sin],
+            stiffness: Lanes::load_array(simd, stiffness),
+            rate_damping: zero,
+            viscous_damping: zero,
+            implicit: zero,
+            linear: [zero; 3],
+            angular: [zero; 2],
+        };
+        if DAMPED {
+            push.damp(simd, scene, laws, bodies);
+        }
+        push
+    }
+
+    #[inline(always)]
+    fn damp(&mut self, simd: S, scene: &RingScene, laws: [&NormalLaw; LANES], bodies: [(u32, u32); LANES]) {
+        let rate = [laws[0].rate_damping, laws[1].rate_damping, laws[2].rate_damping, laws[3].rate_damping];
+        let viscous = [
+            laws[0].viscous_damping,
+            laws[1].viscous_damping,
+            laws[2].viscous_damping,
+            laws[3].viscous_damping,
+        ];
+        self.rate_damping = Lanes::load_array(simd, rate);
+        self.viscous_damping = Lanes::load_array(simd, viscous);
+        let motion = |body: u32| &scene.motions[body as usize];
+        let a = [motion(bodies[0].0), motion(bodies[1].0), motion(bodies[2].0), motion(bodies[3].0)];
+        let b = [motion(bodies[0].1), motion(bodies[1].1), motion(bodies[2].1), motion(bodies[3].1)];
+        let [x, y, z, of_a] = columns(simd, [&a[0].linear, &a[1].linear, &a[2].linear, &a[3].linear]);
+        let v_a = Vectors([x, y, z]);
+        let [x, y, z, of_b] = columns(simd, [&b[0].linear, &b[1].linear, &b[2].linear, &b[3].linear]);
+        let v_b = Vectors([x, y, z]);
+        let [x, y, z, _] = columns(simd, [&a[0].angular, &a[1].angular, &a[2].angular, &a[3].angular]);
+        let w_a = Vectors([x, y, z]);
+        let [x, y, z, _] = columns(simd, [&b[0].angular, &b[1].angular, &b[2].angular, &b[3].angular]);
+        let w_b = Vectors([x, y, z]);
+        self.implicit = scene.half_step * (of_a + of_b) * (4.0 * self.half_tangent * self.pairs.radius_a);
+        let v = v_a.minus(&v_b).plus(&self.pairs.from_b.cross(&w_a));
+        let w = w_a.minus(&w_b);
+        let frame = &self.frame;
+        self.linear = [v.dot(&frame.e2), v.dot(&frame.g), v.dot(&self.pairs.normal_b)];
+        self.angular = [w.dot(&frame.e2), w.dot(&frame.g)];
+    }
+
+    /// Integrates over the arcs: rows of [`ArcForce`], kind by kind.
+    #[inline(always)]
+    fn rows<const DAMPED: bool>(&self, simd: S, rule: GaussRule) -> [[Lanes<S>; LANES]; 7] {
+        let zero = Lanes::splat(simd, 0.0);
+        let tiny = Lanes::splat(simd, TINY);
+        let (radius_a, radius_b) = (self.pairs.radius_a, self.pairs.radius_b);
+        let (tilt, rise) = (radius_a * self.frame.cos, radius_a * self.frame.sin);
+        let [mid_cos, mid_sin] = self.middle;
+        let mut all = Sums::zero(zero);
+        let mut lost = Sums::zero(zero);
+        let (mut energy, mut normal_force, mut penetration) = (zero, zero, zero);
+        let mut middle = [zero; 3];
+        for &(x, weight) in rule.nodes() {
+            let tau = self.half_tangent * x;
+            let square = tau * tau;
+            let inverse = 1.0 / (1.0 + square);
+            let (c, s) = ((1.0 - square) * inverse, (tau + tau) * inverse);
+            let (cos, sin) = (mid_cos * c - mid_sin * s, mid_sin * c + mid_cos * s);
+            let p_1 = self.frame.centre[0] + radius_a * sin;
+            let p_2 = self.frame.centre[1] - tilt * cos;
+            let z = self.frame.centre[2] + rise * cos;
+            let rho = (p_1 * p_1 + p_2 * p_2).sqrt();
+            let u = rho - radius_b;
+            let distance = (u * u + z * z).sqrt();
+            // Rounding at the very end of an arc may put a point outside.
+            let depth = larger(self.pairs.reach - distance, zero);
+            let unit = 1.0 / larger(rho * distance, tiny);
+            let length = (weight * self.half_tangent + weight * self.half_tangent) * radius_a * inverse;
+            let pressure = self.stiffness * depth;
+            let elastic = pressure * length;
+            let mut force = elastic;
+            if DAMPED {
+                let [v_1, v_2, v_3] = self.linear;
+                let [w_1, w_2] = self.angular;
+                let turning = radius_b * (w_1 * p_2 - w_2 * p_1);
+                let opening = ((v_1 * p_1 + v_2 * p_2) * u + (v_3 * rho + turning) * z) * unit;
+                let damping = pressure * self.rate_damping + self.viscous_damping;
+                let push = pressure - damping * (opening / (1.0 + self.implicit * damping));
+                force = depth.simd_gt(zero).select(larger(push, zero), zero) * length;
+                lost.add(p_1, p_2, rho, u, z, (force - elastic) * unit);
+            }
+            all.add(p_1, p_2, rho, u, z, force * unit);
+            energy += elastic * depth;
+            normal_force += force;
+            penetration = larger(depth, penetration);
+            middle = [middle[0] + elastic * cos, middle[1] + elastic * sin, middle[2] + elastic];
+        }
+        let [force, torque_a, torque_b] = self.wrenches(&all);
+        let mut rows = [
+            row(&force, 0.5 * energy),
+            row(&torque_a, penetration),
+            row(&torque_b, normal_force),
+            transposed([middle[0], middle[1], middle[2], zero]),
+            [zero; LANES],
+            [zero; LANES],
+            [zero; LANES],
+        ];
+        if DAMPED {
+            let [force, torque_a, torque_b] = self.wrenches(&lost);
+            rows[4] = row(&force, zero);
+            rows[5] = row(&torque_a, zero);
+            rows[6] = row(&torque_b, zero);
+        }
+        rows
+    }
+
+    /// Force on A, torque on A and torque on B, World.
+    #[inline(always)]
+    fn wrenches(&self, sums: &Sums<S>) -> [Vectors<S>; 3] {
+        let (e2, g, normal) = (&self.frame.e2, &self.frame.g, &self.pairs.normal_b);
+        let [f_1, f_2, f_3] = sums.force;
+        let [t_1, t_2] = [sums.torque[0] * self.pairs.radius_b, sums.torque[1] * self.pairs.radius_b];
+        let force = e2.times(f_1).plus(&g.times(f_2)).plus(&normal.times(f_3));
+        let about_b = e2.times(t_1).plus(&g.times(t_2));
+        let torque_a = about_b.minus(&self.pairs.from_b.cross(&force));
+        let torque_b = Vectors([-about_b.0[0], -about_b.0[1], -about_b.0[2]]);
+        [force, torque_a, torque_b]
+    }
+}
+
+/// Force on A, and its torque about B's centre over B's radius, along `e2`, `g` and the normal of B.
+struct Sums<S: Simd> {
+    force: [Lanes<S>; 3],
+    torque: [Lanes<S>; 2],
+}
+
+impl<S: Simd> Sums<S> {
+    #[inline(always)]
+    fn zero(zero: Lanes<S>) -> Sums<S> {
+        Sums { force: [zero; 3], torque: [zero; 2] }
+    }
+
+    /// Adds a push, given over `rho D`.
+    #[inline(always)]
+    fn add(&mut self, p_1: Lanes<S>, p_2: Lanes<S>, rho: Lanes<S>, u: Lanes<S>, z: Lanes<S>, push: Lanes<S>) {
+        let (inward, upward) = (push * u, push * z);
+        let [f_1, f_2, f_3] = self.force;
+        self.force = [f_1 + p_1 * inward, f_2 + p_2 * inward, f_3 + rho * upward];
+        self.torque = [self.torque[0] + p_2 * upward, self.torque[1] - p_1 * upward];
+    }
+}
+
+/// Rows of a vector and a number.
+#[inline(always)]
+fn row<S: Simd>(vector: &Vectors<S>, last: Lanes<S>) -> [Lanes<S>; LANES] {
+    transposed([vector.0[0], vector.0[1], vector.0[2], last])
+}
