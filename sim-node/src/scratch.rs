@@ -3,10 +3,11 @@
 use crate::Model;
 use crate::forces::{Evaluation, Moment};
 use crate::integrator::explicit::Stages;
+use crate::integrator::verlet::VerletScratch;
 use crate::integrator::{dopri5, rk4};
 use crate::wrench::Velocity;
+use geometry::lanes::Level;
 use geometry::{Circle, Vec3};
-use nalgebra::UnitQuaternion;
 use schemas::scene::Integrator;
 use schemas::state::ContactState;
 use std::collections::BTreeMap;
@@ -19,14 +20,13 @@ const PARALLEL_BODIES: usize = 1000;
 pub struct Scratch {
     pub(crate) evaluation: Evaluation,
     pub(crate) moment: Moment,
-    /// Orientations at the moment of the evaluation.
-    pub(crate) orientations: Vec<UnitQuaternion<f64>>,
-    /// The part of angular velocity that free motion keeps, and the spin about the axis (rad/s).
-    pub(crate) precession: Vec<(Vec3, f64)>,
     /// Work of prescribed motions in the last step (J).
     pub(crate) drive_work_j: f64,
     /// Time from the last force evaluation to the state (s).
     pub(crate) evaluation_age_s: f64,
+    pub(crate) verlet: VerletScratch,
+    /// The vector instructions of this processor; they reach no bit.
+    pub(crate) level: Level,
     /// Of the explicit Runge-Kutta methods.
     pub(crate) stages: Stages,
     /// The model with a step halved so many times, where the step is subdivided.
@@ -49,13 +49,14 @@ impl Scratch {
             Integrator::Rk4 => rk4::TABLEAU.rows.len(),
             Integrator::Dopri5 => dopri5::TABLEAU.rows.len(),
         };
+        let verlet = model.integrator() == Integrator::Verlet;
         Scratch {
             evaluation: Evaluation::new(model),
             moment: Moment { circles: vec![circle; count], velocities: vec![Velocity::ZERO; count] },
-            orientations: vec![UnitQuaternion::identity(); count],
-            precession: vec![(Vec3::zeros(), 0.0); count],
             drive_work_j: 0.0,
             evaluation_age_s: 0.0,
+            verlet: if verlet { VerletScratch::new(model) } else { VerletScratch::default() },
+            level: Level::new(),
             stages: Stages::new(if stages > 0 { count } else { 0 }, stages),
             parts: BTreeMap::new(),
             pool: pool.flatten(),

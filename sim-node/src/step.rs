@@ -86,26 +86,24 @@ pub fn step(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(
     assert_eq!(scratch.moment.circles.len(), model.body_count(), "bodies of the scratch and of the model");
     scratch.drive_work_j = 0.0;
     let in_parts = model.method().on_risk == OnRisk::Subdivide && model.integrator() != Integrator::Dopri5;
-    if in_parts {
-        advance_in_parts(model, state, scratch)?
-    } else {
-        advance(model, state, scratch)?
-    }
+    let finite =
+        if in_parts { advance_in_parts(model, state, scratch)? } else { advance(model, state, scratch)? };
     state.step += 1;
     state.sim_time_s = state.step as f64 * model.time().time_step_s;
     state.dissipated_energy_j += 0.0;
     motion::store(model, state.sim_time_s, &mut state.bodies);
-    check_finite(model, state)
+    if finite { Ok(()) } else { check_finite(model, state) }
 }
 
-/// One step of the model's length; step number and time are the caller's.
-pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(), Stop> {
+/// One step of the model's length; step number and time are the caller's. Returns whether all numbers were seen
+/// to be finite already.
+pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<bool, Stop> {
     match model.integrator() {
-        Integrator::Verlet => verlet::advance(model, state, scratch),
+        Integrator::Verlet => return Ok(verlet::advance(model, state, scratch)),
         Integrator::Rk4 => rk4::advance(model, state, scratch),
         Integrator::Dopri5 => dopri5::advance(model, state, scratch)?,
     }
-    Ok(())
+    Ok(false)
 }
 
 /// Evaluates the contact forces at a state without moving it, so that the state can be recorded: needed for

@@ -14,8 +14,12 @@ use crate::{Model, Scratch, State, motion, risk, stability};
 /// Halvings at most.
 const DEPTH_MAX: usize = 20;
 
-/// Advances by one whole step; step number and time are the caller's.
-pub(crate) fn advance_in_parts(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(), Stop> {
+/// Advances by one whole step; step number and time are the caller's. All numbers are finite then.
+pub(crate) fn advance_in_parts(
+    model: &Model,
+    state: &mut State,
+    scratch: &mut Scratch,
+) -> Result<bool, Stop> {
     const WHOLE: u64 = 1 << DEPTH_MAX;
     let stable = stability::AUTO_SHARE * model.largest_time_step_s();
     let (start, mut drive_work) = (state.sim_time_s, 0.0);
@@ -27,16 +31,18 @@ pub(crate) fn advance_in_parts(model: &Model, state: &mut State, scratch: &mut S
         while depth < DEPTH_MAX && !(done % (WHOLE >> depth) == 0 && part(model, depth) <= limit) {
             depth += 1;
         }
-        if depth == 0 {
-            advance(model, state, scratch)?;
+        let finite = if depth == 0 {
+            advance(model, state, scratch)?
         } else {
             let finer =
                 scratch.parts.remove(&depth).unwrap_or_else(|| model.with_time_step(part(model, depth)));
             let made = advance(&finer, state, scratch);
             scratch.parts.insert(depth, finer);
-            made?;
+            made?
+        };
+        if !finite {
+            check_finite(model, state)?;
         }
-        check_finite(model, state)?;
         done += WHOLE >> depth;
         drive_work += scratch.drive_work_j;
         // What is prescribed goes on from where the part ends.
@@ -44,7 +50,7 @@ pub(crate) fn advance_in_parts(model: &Model, state: &mut State, scratch: &mut S
         motion::store(model, state.sim_time_s, &mut state.bodies);
     }
     scratch.drive_work_j = drive_work;
-    Ok(())
+    Ok(true)
 }
 
 /// Length of a part after so many halvings (s).

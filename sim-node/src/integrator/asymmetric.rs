@@ -37,7 +37,7 @@ pub(crate) fn drift_to_middle(model: &Model, state: &State, scratch: &mut Scratc
         }
         scratch.moment.circles[index] = Circle::from_pose(motion.position, &motion.orientation, 0.0);
         scratch.moment.velocities[index] = Velocity { linear: motion.linear, angular: motion.angular };
-        scratch.orientations[index] = motion.orientation;
+        scratch.verlet.orientations[index] = motion.orientation;
     }
 }
 
@@ -53,7 +53,7 @@ pub(crate) fn kick_and_drift(model: &Model, state: &mut State, scratch: &Scratch
             continue;
         }
         let Velocity { linear, angular } = scratch.moment.velocities[index];
-        let (orientation, wrench) = (scratch.orientations[index], scratch.evaluation.wrenches[index]);
+        let (orientation, wrench) = (scratch.verlet.orientations[index], scratch.evaluation.wrenches[index]);
         let acceleration = wrench.force * body.inverse_mass + model.gravity();
         let linear_after = linear + acceleration * step;
         let momentum = momentum(body, &orientation, &angular) + wrench.torque * step;

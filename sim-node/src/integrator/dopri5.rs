@@ -60,7 +60,8 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -
     let whole = model.time().time_step_s;
     scratch.stages.start_at(state);
     evaluate(0, 0.0, model, state, scratch);
-    let mut time_step = first_step(model, state, scratch);
+    // A step of no length would never end.
+    let mut time_step = larger(SHORTEST * whole, first_step(model, state, scratch));
     let mut before = 1e-4;
     let (mut done, mut refused) = (0.0, false);
     while done < whole {
@@ -82,7 +83,8 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -
         let shortest = time_step < SHORTEST * whole;
         if error <= 1.0 || hopeless || (shortest && error.is_nan()) {
             accept(time_step, model, state, scratch);
-            done = if last { whole } else { done + time_step };
+            // What is not a number stays so, and is named after the step.
+            done = if last || error.is_nan() { whole } else { done + time_step };
             let least = 1e-4;
             let clamped = if error > least { error } else { least };
             let growth = 0.9 * libm::pow(clamped, -0.17) * libm::pow(before, 0.04);

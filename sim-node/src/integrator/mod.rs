@@ -3,5 +3,7 @@
 pub(crate) mod asymmetric;
 pub(crate) mod dopri5;
 pub(crate) mod explicit;
+mod kick;
+mod lanes;
 pub(crate) mod rk4;
 pub(crate) mod verlet;

@@ -13,193 +13,198 @@
 //! Gravity and linear drag are solved exactly with the contact force held constant (see `body::Decay`), for
 //! rotation along each principal axis. Friction is evaluated with the velocities before the kick; damping
 //! with a rate that damping itself has slowed (see `contact`). Both are first order in the step.
+//!
+//! # Order of work
+//! Two passes over the bodies, one before and one after the forces, each cut into chunks of a fixed size
+//! that any thread may take, and into blocks of bodies side by side (see `lanes`). Sums over bodies are made
+//! chunk by chunk and then added up in order, so that the number of threads reaches no bit.
 
-use crate::body::Body;
+use super::asymmetric;
+use super::kick::{Kicks, Sums};
+use super::lanes::{
+    Bodies, Chunk, Classes, Constants, LANES, Lane3, ZERO, get, normal, on_threads, set, turn, whole,
+};
 use crate::forces::{Evaluation, SlipMotion};
-use crate::integrator::asymmetric;
-use crate::state::{Motion, renormalised};
-use crate::wrench::{Velocity, Wrench};
+use crate::wrench::Velocity;
 use crate::{Model, Scratch, State, motion};
-use geometry::{Circle, Vec3, rotation};
-use nalgebra::UnitQuaternion;
+use bytemuck::Zeroable;
+use geometry::Circle;
+use nalgebra::{Quaternion, UnitQuaternion};
+use schemas::state::BodyState;
 
-/// Advances all bodies and contacts by one step; step number and time are the caller's.
-pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) {
+/// Blocks in a chunk: what one thread takes at a time, and what sums are made over first.
+const CHUNK_BLOCKS: usize = 16;
+const CHUNK_BODIES: usize = CHUNK_BLOCKS * LANES;
+
+/// Working memory of this integrator; empty with another.
+#[derive(Debug, Default)]
+pub(crate) struct VerletScratch {
+    classes: Classes,
+    /// Orientations in the middle of the step.
+    pub(super) orientations: Vec<UnitQuaternion<f64>>,
+    sums: Vec<Sums>,
+}
+
+impl VerletScratch {
+    pub(crate) fn new(model: &Model) -> VerletScratch {
+        let tops = &model.bodies()[..model.top_count()];
+        VerletScratch {
+            classes: Classes::new(tops, 0.5 * model.time().time_step_s),
+            orientations: vec![UnitQuaternion::identity(); model.body_count()],
+            sums: vec![Sums::default(); tops.len().div_ceil(CHUNK_BODIES)],
+        }
+    }
+}
+
+/// Advances all bodies and contacts by one step; step number and time are the caller's. True if all numbers
+/// of the state were seen to be finite.
+pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -> bool {
     let time_step = model.time().time_step_s;
-    drift_to_middle(model, state, scratch, 0.5 * time_step);
+    drift_to_middle(model, state, scratch);
+    asymmetric::drift_to_middle(model, state, scratch, 0.5 * time_step);
     motion::place(model, state.sim_time_s + 0.5 * time_step, &mut scratch.moment);
     let velocities = scratch.moment.velocities.as_slice();
     // The velocity before the kick is the velocity between the last evaluation and this one.
     let slip = SlipMotion { since: (velocities, time_step), kept: (velocities, time_step) };
     let pool = scratch.pool.as_ref();
     scratch.evaluation.evaluate(model, &scratch.moment, &state.contacts, slip, pool);
+    scratch.evaluation_age_s = 0.5 * time_step;
     scratch.keep_springs(&mut state.contacts);
     let (drive, lost) = motion::power(model, &scratch.moment, &scratch.evaluation);
     scratch.drive_work_j = drive * time_step;
     state.dissipated_energy_j += lost * time_step;
+    kick_and_drift(model, state, scratch);
+    let sums = &scratch.verlet.sums;
+    state.dissipated_energy_j += sums.iter().map(|sums| sums.lost).sum::<f64>();
     let loses = Evaluation::loses(model);
-    state.dissipated_energy_j += match (model.features.gravity, model.features.drag) {
-        (false, false) => kick_and_drift::<false, false>(model, state, scratch, loses),
-        (false, true) => kick_and_drift::<false, true>(model, state, scratch, loses),
-        (true, false) => kick_and_drift::<true, false>(model, state, scratch, loses),
-        (true, true) => kick_and_drift::<true, true>(model, state, scratch, loses),
-    };
     state.dissipated_energy_j += asymmetric::kick_and_drift(model, state, scratch, loses);
-    scratch.evaluation_age_s = 0.5 * time_step;
+    model.top_count() == model.body_count() && !scratch.verlet.sums.iter().any(|sums| sums.broken)
 }
 
-/// Free motion from the state to the middle of the step, into the scratch.
-fn drift_to_middle(model: &Model, state: &State, scratch: &mut Scratch, time: f64) {
-    asymmetric::drift_to_middle(model, state, scratch, time);
-    let tops = &model.bodies()[..model.top_count()];
-    for (index, (body, before)) in tops.iter().zip(&state.bodies).enumerate() {
-        let mut motion = Motion::of(before);
-        let spin = split(body, &motion);
-        if !body.pinned {
-            motion.position += motion.linear * time;
-            motion.orientation = turn(&motion.orientation, &spin, time);
+/// Free motion of the tops from the state to the middle of the step, into the scratch.
+fn drift_to_middle(model: &Model, state: &State, scratch: &mut Scratch) {
+    let Scratch { moment, verlet, pool, level, .. } = scratch;
+    let circles = moment.circles.chunks_mut(CHUNK_BODIES);
+    let velocities = moment.velocities.chunks_mut(CHUNK_BODIES);
+    let orientations = verlet.orientations.chunks_mut(CHUNK_BODIES);
+    let classes = &verlet.classes;
+    let tops = &state.bodies[..model.top_count()];
+    let chunks = tops.chunks(CHUNK_BODIES).zip(circles).zip(velocities).zip(orientations);
+    let drifts = chunks.enumerate().map(|(chunk, (((bodies, circles), velocities), orientations))| {
+        let first_block = chunk * CHUNK_BLOCKS;
+        Drift { first_block, classes, bodies, circles, velocities, orientations }
+    });
+    on_threads(pool.as_ref(), *level, drifts);
+}
+
+/// The kick and the second drift of the tops, from the scratch to the state.
+fn kick_and_drift(model: &Model, state: &mut State, scratch: &mut Scratch) {
+    let Scratch { evaluation, moment, verlet, pool, level, .. } = scratch;
+    let VerletScratch { classes, orientations, sums } = verlet;
+    let loses = Evaluation::loses(model);
+    let tops = &mut state.bodies[..model.top_count()];
+    let chunks = tops.chunks_mut(CHUNK_BODIES).zip(sums).enumerate();
+    let kicks = chunks.map(|(chunk, (bodies, sums))| {
+        let own = chunk * CHUNK_BODIES..chunk * CHUNK_BODIES + bodies.len();
+        Kicks {
+            model,
+            first_block: chunk * CHUNK_BLOCKS,
+            classes,
+            circles: &moment.circles[own.clone()],
+            velocities: &moment.velocities[own.clone()],
+            orientations: &orientations[own.clone()],
+            wrenches: &evaluation.wrenches[own.clone()],
+            lost: loses.then(|| &evaluation.lost[own]),
+            bodies,
+            sums,
         }
-        let circle = Circle::from_pose(motion.position, &motion.orientation, body.major_radius);
-        scratch.moment.velocities[index] =
-            Velocity { linear: motion.linear, angular: spin.0 + circle.normal * spin.1 };
-        scratch.moment.circles[index] = circle;
-        scratch.orientations[index] = motion.orientation;
-        scratch.precession[index] = spin;
+    });
+    on_threads(pool.as_ref(), *level, kicks);
+}
+
+/// Free motion of a chunk from the state to the middle of the step, into the scratch.
+struct Drift<'a> {
+    first_block: usize,
+    classes: &'a Classes,
+    bodies: &'a [BodyState],
+    circles: &'a mut [Circle],
+    velocities: &'a mut [Velocity],
+    orientations: &'a mut [UnitQuaternion<f64>],
+}
+
+impl Chunk for Drift<'_> {
+    #[inline(always)]
+    fn work(self) {
+        let circles = self.circles.chunks_mut(LANES);
+        let velocities = self.velocities.chunks_mut(LANES);
+        let orientations = self.orientations.chunks_mut(LANES);
+        let blocks = self.bodies.chunks(LANES).zip(circles).zip(velocities).zip(orientations);
+        for (index, (((bodies, circles), velocities), orientations)) in blocks.enumerate() {
+            let constants = self.classes.of(self.first_block + index);
+            let mut bodies = Bodies::load(whole(bodies, BodyState::zeroed(), &mut None));
+            let angular = drift(constants, &mut bodies);
+            let out = circles.iter_mut().zip(velocities).zip(orientations);
+            for (lane, ((circle, velocity), orientation)) in (0..LANES).zip(out) {
+                let [i, j, k, w] = &bodies.orientation;
+                let q = Quaternion::new(w[lane], i[lane], j[lane], k[lane]);
+                *orientation = UnitQuaternion::new_unchecked(q);
+                let centre = get(&bodies.position, lane);
+                *circle = Circle::from_pose(centre, orientation, constants.major_radius[lane]);
+                *velocity = Velocity { linear: get(&bodies.linear, lane), angular: get(&angular, lane) };
+            }
+        }
     }
 }
 
-/// The kick and the second drift of each body; returns the energy lost. `loses`: there is an inelastic part
-/// of the contact forces.
-fn kick_and_drift<const GRAVITY: bool, const DRAG: bool>(
-    model: &Model,
-    state: &mut State,
-    scratch: &Scratch,
-    loses: bool,
-) -> f64 {
-    let time = 0.5 * model.time().time_step_s;
-    let mut lost = 0.0;
-    let tops = &model.bodies()[..model.top_count()];
-    for (index, (body, after)) in tops.iter().zip(&mut state.bodies).enumerate() {
-        if body.pinned {
-            continue;
-        }
-        let mut acceleration = scratch.evaluation.wrenches[index].force * body.inverse_mass;
-        if GRAVITY {
-            acceleration += model.gravity();
-        }
-        let kick = Kick {
-            body,
-            normal: scratch.moment.circles[index].normal,
-            velocity: scratch.moment.velocities[index],
-            acceleration,
-            torque: scratch.evaluation.wrenches[index].torque,
+/// Half a step of free motion; returns the angular velocity after it.
+#[allow(clippy::needless_range_loop)] // As in `lanes`.
+#[inline(always)]
+fn drift(constants: &Constants, bodies: &mut Bodies) -> Lane3 {
+    let (mut precession, mut spin, mut angular) = ([ZERO; 3], ZERO, [ZERO; 3]);
+    for lane in 0..LANES {
+        let (axis, turning) = (normal(&bodies.orientation, lane), get(&bodies.angular, lane));
+        spin[lane] = turning.dot(&axis) * constants.spin_share[lane];
+        set(&mut precession, lane, turning - axis * spin[lane]);
+        let moved = get(&bodies.position, lane) + get(&bodies.linear, lane) * constants.half_time[lane];
+        set(&mut bodies.position, lane, moved);
+    }
+    turn(&mut bodies.orientation, &precession, &spin, &constants.half_time);
+    for lane in 0..LANES {
+        let axis = normal(&bodies.orientation, lane);
+        set(&mut angular, lane, get(&precession, lane) + axis * spin[lane]);
+    }
+    angular
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Model, Scratch, State, step};
+    use geometry::lanes::Level;
+    use schemas::scene::Scene;
+
+    /// With the processor's vector instructions and without: the same bits, slow and fast spins side by side.
+    #[test]
+    fn vector_instructions_reach_no_bit() {
+        let text = include_str!("../../../scenes/ball.toml");
+        let near = [
+            "sphere.0.position_m=[0.0, -0.3, -1.0]".to_owned(),
+            "forces.linear_drag_kg_per_s=0.1".to_owned(),
+            "forces.angular_drag_kg_m2_per_s=0.01".to_owned(),
+        ];
+        let (model, _) = Model::compile(&Scene::parse(text, &near).unwrap()).unwrap();
+        let run = |level: Level| {
+            let mut state = State::initial(&model);
+            for (index, body) in state.bodies.iter_mut().enumerate().step_by(5) {
+                body.angular_velocity_rad_per_s[2] = [40.0, 4e3, 4e4][index % 3];
+            }
+            let mut scratch = Scratch::new(&model, 1);
+            scratch.level = level;
+            for _ in 0..500 {
+                step(&model, &mut state, &mut scratch).unwrap();
+            }
+            state
         };
-        let (linear, spin) = kick.apply::<DRAG>();
-        if DRAG {
-            lost += kick.drag_loss();
-        }
-        if loses {
-            lost -= kick.work(&scratch.evaluation.lost[index]);
-        }
-        let orientation = renormalised(turn(&scratch.orientations[index], &spin, time));
-        let (_, _, normal) = rotation::axes(&orientation);
-        let motion = Motion {
-            position: scratch.moment.circles[index].centre + linear * time,
-            orientation,
-            linear,
-            angular: spin.0 + normal * spin.1,
-        };
-        motion.store(after);
-    }
-    lost
-}
-
-/// Angular velocity as `L / I1` and the free spin about the axis.
-#[inline]
-fn split(body: &Body, motion: &Motion) -> (Vec3, f64) {
-    let (_, _, normal) = rotation::axes(&motion.orientation);
-    let spin = motion.angular.dot(&normal) * body.spin_share;
-    (motion.angular - normal * spin, spin)
-}
-
-/// Free rotation for a time.
-#[inline]
-fn turn(q: &UnitQuaternion<f64>, spin: &(Vec3, f64), time: f64) -> UnitQuaternion<f64> {
-    rotation::exp(spin.0 * time) * q * rotation::exp(Vec3::new(0.0, 0.0, spin.1 * time))
-}
-
-/// One body at the moment of the kick.
-struct Kick<'a> {
-    body: &'a Body,
-    /// The body's axis.
-    normal: Vec3,
-    velocity: Velocity,
-    /// Of contact and gravity.
-    acceleration: Vec3,
-    /// Of contact.
-    torque: Vec3,
-}
-
-impl Kick<'_> {
-    /// Angular acceleration about and across the axis.
-    #[inline]
-    fn angular_acceleration(&self) -> (f64, Vec3) {
-        let about = self.torque.dot(&self.normal);
-        let across = self.torque - self.normal * about;
-        (about * self.body.inverse_axial, across * self.body.inverse_transverse)
-    }
-
-    /// Angular velocity about and across the axis.
-    #[inline]
-    fn angular_velocity(&self) -> (f64, Vec3) {
-        let about = self.velocity.angular.dot(&self.normal);
-        (about, self.velocity.angular - self.normal * about)
-    }
-
-    /// Linear velocity, and angular velocity as free motion splits it, after the kick.
-    #[inline]
-    fn apply<const DRAG: bool>(&self) -> (Vec3, (Vec3, f64)) {
-        let (linear_drag, axial_drag, transverse_drag) =
-            (&self.body.linear_drag, &self.body.axial_drag, &self.body.transverse_drag);
-        let (about_acceleration, across_acceleration) = self.angular_acceleration();
-        let (about, across) = self.angular_velocity();
-        let kept = |velocity: Vec3, keep: f64| if DRAG { velocity * keep } else { velocity };
-        let linear = kept(self.velocity.linear, linear_drag.keep) + self.acceleration * linear_drag.gain;
-        let about = if DRAG { about * axial_drag.keep } else { about } + about_acceleration * axial_drag.gain;
-        let across = kept(across, transverse_drag.keep) + across_acceleration * transverse_drag.gain;
-        // w = across + about n; the free spin is the share of `about` that is not precession.
-        let spin = about * self.body.spin_share;
-        (linear, (across + self.normal * (about - spin), spin))
-    }
-
-    /// Energy that drag takes during the kick (J).
-    fn drag_loss(&self) -> f64 {
-        let (v, a) = (self.velocity.linear, self.acceleration);
-        let (about_acceleration, across_acceleration) = self.angular_acceleration();
-        let (about, across) = self.angular_velocity();
-        let linear = self.body.linear_drag.loss(v.norm_squared(), v.dot(&a), a.norm_squared());
-        let axial = self.body.axial_drag.loss(
-            about * about,
-            about * about_acceleration,
-            about_acceleration * about_acceleration,
-        );
-        let transverse = self.body.transverse_drag.loss(
-            across.norm_squared(),
-            across.dot(&across_acceleration),
-            across_acceleration.norm_squared(),
-        );
-        linear + axial + transverse
-    }
-
-    /// Work that a constant wrench does during the kick (J): force times the path that the changing velocity
-    /// covers in it.
-    fn work(&self, wrench: &Wrench) -> f64 {
-        let (about_acceleration, across_acceleration) = self.angular_acceleration();
-        let (about, across) = self.angular_velocity();
-        let body = self.body;
-        let path = self.velocity.linear * body.linear_drag.gain + self.acceleration * body.linear_drag.reach;
-        let across = across * body.transverse_drag.gain + across_acceleration * body.transverse_drag.reach;
-        let about = about * body.axial_drag.gain + about_acceleration * body.axial_drag.reach;
-        wrench.force.dot(&path) + wrench.torque.dot(&(across + self.normal * about))
+        assert!(model.body_count() % super::LANES != 0, "the last block is not full");
+        assert_eq!(run(Level::new()), run(Level::baseline()));
     }
 }

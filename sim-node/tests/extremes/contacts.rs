@@ -1,6 +1,6 @@
 //! Contacts of bodies that differ a lot, very soft and very stiff ones, thin wires, friction at its limits.
 
-use crate::support::{ACROSS, Run, Vec3, check, head, parse, ring};
+use crate::support::{ACROSS, INTEGRATORS, Run, Vec3, check, head, parse, ring};
 use sim_node::Stop;
 
 #[test]
@@ -32,7 +32,7 @@ fn rings_a_million_times_apart_in_mass_keep_their_momentum() {
 #[test]
 fn a_bounce_is_the_same_for_any_stiffness() {
     let speed = 3.1321;
-    for integrator in ["verlet", "rk4"] {
+    for integrator in INTEGRATORS {
         for stiffness in [1e2, 1e4, 1e6, 1e8, 1e10_f64] {
             let depth = speed / stiffness.sqrt();
             let start = 0.5 + 0.01 * depth;
@@ -67,7 +67,7 @@ fn a_bounce_is_the_same_for_any_stiffness() {
 #[test]
 fn linked_rings_bounce_whatever_their_stiffness() {
     for stiffness in [1e2, 1e4, 1e6, 1e8, 1e10] {
-        for integrator in ["verlet", "rk4"] {
+        for integrator in INTEGRATORS {
             let text = head(1e-9, integrator, stiffness, "")
                 + &ring([1.0, 0.18], 1.0, [0.0; 3], &format!("{ACROSS}\n pinned = true"))
                 + &ring([1.0, 0.18], 1.0, [0.1, -1.5, 0.05], "");

@@ -1,6 +1,6 @@
 //! Free motion at its limits: spin, denormal numbers, long times.
 
-use crate::support::{Run, Vec3, check, head, parse, ring};
+use crate::support::{INTEGRATORS, Run, Vec3, check, head, parse, ring};
 use schemas::scene::Time;
 
 /// Angular momentum of a ring in World (kg m^2/s).
@@ -36,7 +36,7 @@ fn fast_spin_keeps_its_angular_momentum() {
 /// comes to rest or to where a step's loss is less than the last bit.
 #[test]
 fn drag_leads_through_denormal_numbers() {
-    for integrator in ["verlet", "rk4"] {
+    for integrator in INTEGRATORS {
         let text = head(1e-3, integrator, 1e4, "")
             + "[forces]\n linear_drag_kg_per_s = 1.0\n angular_drag_kg_m2_per_s = 1.0\n"
             + &ring([1.0, 0.18], 1.0, [0.0; 3], "");

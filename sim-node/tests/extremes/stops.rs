@@ -1,6 +1,6 @@
 //! Runs that cannot go on: each ends with a diagnostic, in the step where it is seen.
 
-use crate::support::{ACROSS, Run, head, parse, ring};
+use crate::support::{ACROSS, BOUNDED, INTEGRATORS, Run, head, parse, ring};
 use schemas::scene::Scene;
 use sim_node::{BodyName, Stop, step};
 
@@ -15,7 +15,7 @@ fn pressed(integrator: &str) -> Scene {
 
 #[test]
 fn a_time_step_far_beyond_the_bound_ends_by_energy_or_link() {
-    for integrator in ["verlet", "rk4"] {
+    for integrator in BOUNDED {
         let mut scene = pressed(integrator);
         scene.time.time_step_s = 4.0 * crate::support::bound(&scene);
         let mut run = Run::beyond(&scene);
@@ -57,7 +57,7 @@ fn a_blow_up_that_nobody_watches_ends_by_name() {
 
 #[test]
 fn a_number_that_is_not_finite_is_seen_in_its_step() {
-    for integrator in ["verlet", "rk4"] {
+    for integrator in INTEGRATORS {
         let at_rest = Run::at_bound(&pressed(integrator), 0.5);
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             for field in 0..13 {

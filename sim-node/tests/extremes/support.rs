@@ -1,10 +1,14 @@
 //! Scenes and runs that the tests share.
 
 use schemas::Hash;
-use schemas::scene::Scene;
+use schemas::scene::{Integrator, Scene};
 use sim_node::{Compile, Model, Records, Scratch, State, Stop, evaluate, step};
 
 pub use geometry::Vec3;
+
+/// All integrators, and those whose step has a bound.
+pub const INTEGRATORS: [&str; 3] = ["verlet", "rk4", "dopri5"];
+pub const BOUNDED: [&str; 2] = ["verlet", "rk4"];
 
 /// A compiled scene, its state and diary.
 pub struct Run {
@@ -22,11 +26,17 @@ impl Run {
         Run::of(model)
     }
 
-    /// A scene whose time step is set to a share of its bound.
+    /// A scene whose time step is set to a share of its bound; of that for `verlet` where it has none.
     #[track_caller]
     pub fn at_bound(scene: &Scene, share: f64) -> Run {
         let mut scene = scene.clone();
-        scene.time.time_step_s = share * bound(&scene);
+        let mut largest = bound(&scene);
+        if largest.is_infinite() {
+            let mut explicit = scene.clone();
+            explicit.method.integrator = Integrator::Verlet;
+            largest = bound(&explicit);
+        }
+        scene.time.time_step_s = share * largest;
         Run::beyond(&scene)
     }
 
