@@ -49,6 +49,69 @@ fn weaves_are_laid_out_before_explicit_rings() {
 }
 
 #[test]
+fn materials_are_resolved_to_constants() {
+    let steel = |overrides: &[&str]| parse(overrides).materials["steel"].clone();
+    assert_eq!(steel(&[]).line_stiffness_n_per_m2, Some(1e4));
+    let hertz = steel(&["material.steel.contact_modulus_pa=1.1e11"]);
+    assert_eq!((hertz.line_stiffness_n_per_m2, hertz.line_stiffness()), (None, 5.5e10));
+    let bouncy = steel(&["material.steel.restitution=0.5", "material.steel.restitution_speed_m_per_s=3.0"]);
+    let at_one = steel(&["material.steel.restitution=0.5"]);
+    assert_eq!((bouncy.restitution, bouncy.restitution_speed_m_per_s), (None, None));
+    assert!((at_one.damping_s_per_m / bouncy.damping_s_per_m - 3.0).abs() < 1e-15);
+    // z v of e = 0.5: the root of a - ln(1 + a) = -a/2 - ln(1 - a/2).
+    assert!((at_one.damping_s_per_m - 1.43275).abs() < 1e-5, "{}", at_one.damping_s_per_m);
+    // Two rings of 0.01 kg: k l = 1e4 l, effective mass 0.005 kg, with the arc of the crossing.
+    let arc = 2.0 * f64::sqrt(2.0 * 0.05 * 0.12 / (1.0 / 0.12 - 1.0 / 0.4));
+    let damped = steel(&["material.steel.damping_ratio=0.5"]);
+    let expected = f64::sqrt(1e4 * arc * 0.005) / arc;
+    assert!((damped.line_damping_n_s_per_m2 / expected - 1.0).abs() < 1e-14);
+    assert_eq!(damped.damping_ratio, None);
+    // Resolving again changes nothing: no key is left that stands against another.
+    let scene = parse(&["material.steel.restitution=0.5"]);
+    assert_eq!(scene.with_render(&[]).expect("it was right before").materials, scene.materials);
+
+    let both = "not both";
+    for (overrides, parts) in [
+        (&["contact_modulus_pa=1e9", "line_stiffness_n_per_m2=1e4"][..], &["contact_modulus_pa", both][..]),
+        (&["contact_modulus_pa=0.0"], &["contact_modulus_pa", "positive"]),
+        (&["contact_modulus_pa=nan"], &["contact_modulus_pa", "positive"]),
+        (&["line_stiffness_n_per_m2=-1.0"], &["line_stiffness_n_per_m2", "positive"]),
+        (&["restitution=0.5", "damping_s_per_m=0.1"], &["restitution", "damping_s_per_m", both]),
+        (&["restitution=0.5", "damping_ratio=0.1"], &["restitution", "damping_ratio", both]),
+        (&["damping_ratio=0.5", "line_damping_n_s_per_m2=0.1"], &["damping_ratio", "line_damping", both]),
+        (&["damping_ratio=0.5", "contact_modulus_pa=1e9"], &["damping_ratio", "take restitution"]),
+        (&["damping_ratio=-0.5"], &["damping_ratio", "0 or a positive"]),
+        (&["damping_ratio=inf"], &["damping_ratio", "0 or a positive"]),
+        (&["restitution=0.0"], &["restitution = 0.0", "more than 0.001"]),
+        (&["restitution=1.5"], &["restitution = 1.5", "at most 1"]),
+        (&["restitution=nan"], &["restitution", "at most 1"]),
+        (&["restitution_speed_m_per_s=1.0"], &["restitution_speed_m_per_s", "without restitution"]),
+        (&["restitution=0.5", "restitution_speed_m_per_s=0.0"], &["restitution_speed_m_per_s", "positive"]),
+    ] {
+        let overrides: Vec<_> = overrides.iter().map(|text| format!("material.steel.{text}")).collect();
+        let message = error(SMALL, &overrides.iter().map(String::as_str).collect::<Vec<_>>());
+        assert!(parts.iter().all(|part| message.contains(part)), "{overrides:?} says {message:?}");
+    }
+}
+
+#[test]
+fn drag_is_checked_wherever_it_stands() {
+    for (over, part) in [
+        ("forces.quadratic_drag_kg_per_m=-1.0", "forces.quadratic_drag_kg_per_m"),
+        ("forces.quadratic_drag_kg_per_m=nan", "forces.quadratic_drag_kg_per_m"),
+        ("ring.0.drag={ linear_kg_per_s = inf }", "ring[0].drag.linear_kg_per_s"),
+        ("ring.0.drag={ quadratic_kg_per_m = -1.0 }", "ring[0].drag.quadratic_kg_per_m"),
+        ("weave.0.drag={ angular_kg_m2_per_s = nan }", "weave[0].drag.angular_kg_m2_per_s"),
+    ] {
+        let message = error(SMALL, &[over]);
+        assert!(message.contains(part) && message.contains("0 or a positive"), "{over} says {message:?}");
+    }
+    let scene = parse(&["weave.0.drag={ linear_kg_per_s = 2.0 }"]);
+    assert_eq!(scene.rings[0].drag.map(|drag| drag.linear_kg_per_s), Some(2.0));
+    assert_eq!(scene.rings[6].drag, None);
+}
+
+#[test]
 fn motions_are_named_by_rings_and_grips() {
     let motion = [
         "motion.pull.keyframe=[{ time_s = 1.0, translation_m = [0.0, 1.0, -0.0] }]",

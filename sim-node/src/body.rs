@@ -1,7 +1,8 @@
 //! Constants of one rigid body: mass, inertia, size, and how drag slows it within a step.
 
+use crate::drag;
 use geometry::{Circle, GaussRule, Vec3, capsule, cuboid};
-use schemas::scene::{Capsule, Cuboid, Forces, Ring, Sphere};
+use schemas::scene::{Capsule, Cuboid, Drag, Forces, Ring, Sphere};
 
 /// The shape of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,6 +100,8 @@ pub struct Body {
     pub(crate) mobility: f64,
     /// The same for one contact at any point of the surface of a body that is neither ring nor sphere.
     anywhere: Option<f64>,
+    /// Coefficient of quadratic drag (kg/m).
+    pub(crate) quadratic_drag: f64,
     pub(crate) linear_drag: Decay,
     pub(crate) transverse_drag: Decay,
     pub(crate) axial_drag: Decay,
@@ -115,7 +118,7 @@ impl Body {
         let transverse = (0.625 * minor * minor + 0.5 * major * major) * mass;
         let axial = (0.75 * minor * minor + major * major) * mass;
         let shape = Shape::Ring { major_radius_m: major, minor_radius_m: minor };
-        let drags = (forces.linear_drag_kg_per_s, forces.angular_drag_kg_m2_per_s);
+        let drags = drag::of_ring(ring.drag, forces);
         Body::new(
             shape,
             mass,
@@ -127,7 +130,7 @@ impl Body {
         )
     }
 
-    /// A sphere; drag is a property of rings alone.
+    /// A sphere; without drag of its own it has none.
     pub(crate) fn sphere(sphere: &Sphere, material: u32, time_step: f64) -> Body {
         let inertia = 0.4 * sphere.mass_kg * sphere.radius_m * sphere.radius_m;
         let shape = Shape::Sphere { radius_m: sphere.radius_m };
@@ -137,7 +140,7 @@ impl Body {
             [inertia; 3],
             (sphere.pinned, sphere.motion.is_some()),
             material,
-            (0.0, 0.0),
+            sphere.drag.unwrap_or(drag::NONE),
             time_step,
         )
     }
@@ -147,7 +150,7 @@ impl Body {
         let (half_length_m, radius_m) = (capsule.half_length_m, capsule.radius_m);
         let inertia = capsule::inertia(half_length_m, radius_m, capsule.mass_kg);
         let shape = Shape::Capsule { radius_m, half_length_m };
-        Body::new(shape, capsule.mass_kg, inertia, (capsule.pinned, false), material, (0.0, 0.0), time_step)
+        Body::new(shape, capsule.mass_kg, inertia, (capsule.pinned, false), material, drag::NONE, time_step)
     }
 
     /// A box.
@@ -156,7 +159,7 @@ impl Body {
         let core_m = Vec3::from(cuboid.half_extents_m).add_scalar(-edge_radius_m);
         let inertia = cuboid::inertia(&core_m, edge_radius_m, cuboid.mass_kg);
         let shape = Shape::Box { core_m, edge_radius_m };
-        Body::new(shape, cuboid.mass_kg, inertia, (cuboid.pinned, false), material, (0.0, 0.0), time_step)
+        Body::new(shape, cuboid.mass_kg, inertia, (cuboid.pinned, false), material, drag::NONE, time_step)
     }
 
     /// Velocity per impulse at a point that is at most `lever` from the centre (1/kg), in any direction.
@@ -218,7 +221,7 @@ impl Body {
         inertia_kg_m2: [f64; 3],
         (pinned, driven): (bool, bool),
         material: u32,
-        (linear_drag, angular_drag): (f64, f64),
+        drag: Drag,
         time_step: f64,
     ) -> Body {
         let pinned = pinned || driven;
@@ -254,9 +257,10 @@ impl Body {
             spin_share: 1.0 - axial / transverse,
             mobility: 0.0,
             anywhere,
-            linear_drag: Decay::new(linear_drag, mass, time_step),
-            transverse_drag: Decay::new(angular_drag, transverse, time_step),
-            axial_drag: Decay::new(angular_drag, axial, time_step),
+            quadratic_drag: drag.quadratic_kg_per_m,
+            linear_drag: Decay::new(drag.linear_kg_per_s, mass, time_step),
+            transverse_drag: Decay::new(drag.angular_kg_m2_per_s, transverse, time_step),
+            axial_drag: Decay::new(drag.angular_kg_m2_per_s, axial, time_step),
         }
     }
 }

@@ -10,6 +10,7 @@
 mod body;
 pub mod broad;
 mod contact;
+mod drag;
 mod estimate;
 mod forces;
 mod integrator;

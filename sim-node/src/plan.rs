@@ -1,6 +1,7 @@
 //! The plan: which parts of the simulator a scene needs, and why the others are left out.
 
 use crate::Model;
+use crate::body::Body;
 use crate::broad::{self, Method};
 use schemas::plan::Plan;
 use schemas::scene::{Integrator, OnRisk, Scene};
@@ -11,6 +12,7 @@ use schemas::scene::{Integrator, OnRisk, Scene};
 pub(crate) struct Features {
     pub gravity: bool,
     pub drag: bool,
+    pub quadratic_drag: bool,
     pub damping: bool,
     pub friction: bool,
 }
@@ -88,11 +90,18 @@ pub(crate) fn make(scene: &Scene, model: &Model, everything: bool) -> (Features,
 
     let [x, y, z] = scene.forces.gravity_m_per_s2;
     let gravity = choose("force/gravity", [x, y, z] != [0.0; 3], format!("gravity is [{x}, {y}, {z}] m/s^2"));
-    let (linear, angular) = (scene.forces.linear_drag_kg_per_s, scene.forces.angular_drag_kg_m2_per_s);
-    let linear_needed = linear > 0.0 && free_rings > 0;
-    let mut drag = choose("force/linear-drag", linear_needed, format!("{linear} kg/s on {free_rings} rings"));
-    let angular_needed = angular > 0.0 && free_rings > 0;
-    drag |= choose("force/angular-drag", angular_needed, format!("{angular} kg m^2/s"));
+    let drags = [
+        ("force/linear-drag", "kg/s", (|body| body.linear_drag.drag) as fn(&Body) -> f64),
+        ("force/angular-drag", "kg m^2/s", |body| body.axial_drag.drag),
+        ("force/quadratic-drag", "kg/m", |body| body.quadratic_drag),
+    ];
+    let [linear, angular, quadratic_drag] = drags.map(|(part, unit, coefficient)| {
+        let dragged = || model.bodies().iter().filter(|body| !body.pinned && coefficient(body) > 0.0);
+        let largest =
+            dragged().map(coefficient).fold(0.0, |largest, c| if c > largest { c } else { largest });
+        choose(part, largest > 0.0, format!("up to {largest} {unit} on {} free bodies", dragged().count()))
+    });
+    let drag = linear || angular;
 
     let driven = model.driven().len();
     choose("motion/prescribed", driven > 0, format!("{driven} bodies in {} motions", model.drives().len()));
@@ -110,7 +119,7 @@ pub(crate) fn make(scene: &Scene, model: &Model, everything: bool) -> (Features,
     );
     plan.push("audit/links", free_rings > 0 && rings > 1, counts.clone());
     plan.push("audit/gap", contact, counts);
-    (Features { gravity, drag, damping, friction }, plan)
+    (Features { gravity, drag, quadratic_drag, damping, friction }, plan)
 }
 
 /// One of them is taken in: they are different ways to the same pairs.

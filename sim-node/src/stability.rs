@@ -120,6 +120,7 @@ pub(crate) fn bound(scene: &Scene, model: &Model) -> Bound {
         let inverses = [body.inverse_mass, body.inverse_transverse, body.inverse_axial];
         let drag_rate =
             drags.iter().zip(inverses).map(|(drag, inverse)| drag.drag * inverse).fold(0.0, larger);
+        let drag_rate = drag_rate + quadratic_drag_rate(model, index);
         let largest = match scene.method.integrator {
             Integrator::Verlet => 2.0 / sum.spring.sqrt(),
             Integrator::Rk4 => RK4_RADIUS / (fastest(sum) + drag_rate),
@@ -136,6 +137,17 @@ pub(crate) fn bound(scene: &Scene, model: &Model) -> Bound {
         }
     }
     bound
+}
+
+/// The rate at which quadratic drag takes deviations of velocity, at the larger of terminal speed and speed at
+/// the start (1/s).
+fn quadratic_drag_rate(model: &Model, index: usize) -> f64 {
+    let body = &model.bodies()[index];
+    let gravity = model.gravity().norm_squared().sqrt();
+    let start = geometry::Vec3::from(model.initial_bodies()[index].linear_velocity_m_per_s);
+    let terminal =
+        if body.quadratic_drag > 0.0 { (body.mass_kg * gravity / body.quadratic_drag).sqrt() } else { 0.0 };
+    2.0 * body.quadratic_drag * body.inverse_mass * larger(terminal, start.norm_squared().sqrt())
 }
 
 /// The larger absolute value of the roots of `x^2 + damper x + spring`.
@@ -222,11 +234,15 @@ fn obstacle(model: &Model, index: usize, other: usize) -> Contact<'_> {
         }
         None => (body.minor_radius, 0.0, 0.0),
     };
+    let penetration = REFERENCE_PENETRATION * thinner;
+    // A sphere by Hertz's law: its slope at that depth, as so many of the point law's springs.
+    let hertz = 2.0 * material.sphere_modulus * (body.minor_radius * penetration).sqrt();
+    let point = if hertz > 0.0 { hertz / material.point.stiffness } else { 1.0 };
     Contact {
         law: if ring { &material.line } else { &material.point },
         material,
-        length: if ring { 2.0 * PI * body.major_radius } else { 1.0 },
-        penetration: REFERENCE_PENETRATION * thinner,
+        length: if ring { 2.0 * PI * body.major_radius } else { point },
+        penetration,
         normal_mobility: body.inverse_mass + other_normal,
         tangent_mobility: body.mobility_at(body.bounding_radius) + other_tangent,
     }

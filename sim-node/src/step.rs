@@ -5,7 +5,7 @@ use crate::integrator::{dopri5, rk4, verlet};
 use crate::model::BodyName;
 use crate::state::Motion;
 use crate::subdivide::advance_in_parts;
-use crate::{Model, Scratch, State, motion, wrench::Velocity};
+use crate::{Model, Scratch, State, drag, motion, wrench::Velocity};
 use geometry::Circle;
 use schemas::scene::{Integrator, OnRisk};
 use schemas::state::BodyState;
@@ -99,11 +99,25 @@ pub fn step(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(
 /// to be finite already.
 pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<bool, Stop> {
     match model.integrator() {
-        Integrator::Verlet => return Ok(verlet::advance(model, state, scratch)),
+        Integrator::Verlet => return Ok(advance_verlet(model, state, scratch)),
         Integrator::Rk4 => rk4::advance(model, state, scratch),
         Integrator::Dopri5 => dopri5::advance(model, state, scratch)?,
     }
     Ok(false)
+}
+
+/// A step of `verlet`, between two half steps of quadratic drag where there is any. Returns whether all
+/// numbers are finite.
+fn advance_verlet(model: &Model, state: &mut State, scratch: &mut Scratch) -> bool {
+    let half = 0.5 * model.time().time_step_s;
+    if model.features.quadratic_drag {
+        state.dissipated_energy_j += drag::slow(model, state, half);
+    }
+    let finite = verlet::advance(model, state, scratch);
+    if model.features.quadratic_drag {
+        state.dissipated_energy_j += drag::slow(model, state, half);
+    }
+    finite
 }
 
 /// Evaluates the contact forces at a state without moving it, so that the state can be recorded: needed for

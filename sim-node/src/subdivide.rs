@@ -8,6 +8,7 @@
 //! The finest part is `h / 2^20`. What `risk` cannot promise (a material too soft to hold) is not held here
 //! either; the audit of links sees it.
 
+use crate::integrator::verlet::VerletScratch;
 use crate::step::{Stop, advance, check_finite};
 use crate::{Model, Scratch, State, motion, risk, stability};
 
@@ -34,10 +35,15 @@ pub(crate) fn advance_in_parts(
         let finite = if depth == 0 {
             advance(model, state, scratch)?
         } else {
-            let finer =
-                scratch.parts.remove(&depth).unwrap_or_else(|| model.with_time_step(part(model, depth)));
+            let (finer, mut memory) = scratch.parts.remove(&depth).unwrap_or_else(|| {
+                let finer = model.with_time_step(part(model, depth));
+                let memory = VerletScratch::of(&finer);
+                (finer, memory)
+            });
+            std::mem::swap(&mut scratch.verlet, &mut memory);
             let made = advance(&finer, state, scratch);
-            scratch.parts.insert(depth, finer);
+            std::mem::swap(&mut scratch.verlet, &mut memory);
+            scratch.parts.insert(depth, (finer, memory));
             made?
         };
         if !finite {

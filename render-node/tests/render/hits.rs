@@ -22,6 +22,7 @@ fn heap(dice: &mut Dice, rings: usize, spheres: usize) -> Scene {
             linear_velocity_m_per_s: [0.0; 3],
             angular_velocity_rad_per_s: [0.0; 3],
             pinned: false,
+            drag: None,
             motion: None,
         });
     }
@@ -34,6 +35,7 @@ fn heap(dice: &mut Dice, rings: usize, spheres: usize) -> Scene {
             linear_velocity_m_per_s: [0.0; 3],
             angular_velocity_rad_per_s: [0.0; 3],
             pinned: false,
+            drag: None,
             motion: None,
         });
     }

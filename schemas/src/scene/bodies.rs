@@ -18,8 +18,16 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct Material {
     /// Stiffness of a ring's wire per length of contact arc, in newtons per square metre.
-    #[serde(default = "Material::default_line_stiffness")]
-    pub line_stiffness_n_per_m2: f64,
+    /// A resolved material has either this or a contact modulus; without both it is 1e4.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub line_stiffness_n_per_m2: Option<f64>,
+    /// Hertz's effective modulus of two bodies of this material, `E / (2 (1 - nu^2))` of Young's modulus and
+    /// Poisson's ratio, in pascals; instead of a line stiffness. Wires get the line stiffness `E* / 2`, with
+    /// which two straight crossed wires press as Hertz says; for rings hooked into each other it is
+    /// `1 / sqrt(1 - r/R)` times that. Sphere against sphere or plane presses by Hertz's law,
+    /// `4/3 E* sqrt(r) d^1.5`; other contact points have the point stiffness.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact_modulus_pa: Option<f64>,
     /// Stiffness of contact points, in newtons per metre.
     #[serde(default = "Material::default_point_stiffness")]
     pub point_stiffness_n_per_m: f64,
@@ -34,6 +42,20 @@ pub struct Material {
     /// Kelvin-Voigt damping `c` of contact points, in newton seconds per metre; implicit likewise.
     #[serde(default)]
     pub point_damping_n_s_per_m: f64,
+    /// Instead of damping constants: an impact at `restitution_speed_m_per_s` leaves this share of the speed.
+    /// Resolves to the Hunt-Crossley damping that does it, whatever the masses, stiffness and shapes are.
+    /// Slower impacts keep more, as metals do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restitution: Option<f64>,
+    /// The speed at which `restitution` holds, in metres per second; without it 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restitution_speed_m_per_s: Option<f64>,
+    /// Instead of damping constants: the share of critical damping. Resolves to Kelvin-Voigt dampings
+    /// `c = 2 z sqrt(k m)`: at points for the mass of the lightest free sphere, and along arcs for two of the
+    /// lightest free rings, of this material where there are any, that cross with a penetration of a
+    /// twentieth of both wires. Heavier bodies and longer arcs are damped in another proportion.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping_ratio: Option<f64>,
     /// Coulomb's coefficient of friction.
     #[serde(default)]
     pub friction_coefficient: f64,
@@ -43,8 +65,13 @@ pub struct Material {
 }
 
 impl Material {
-    fn default_line_stiffness() -> f64 {
-        1e4
+    /// Stiffness along contact arcs, given or by the contact modulus (N/m^2).
+    pub fn line_stiffness(&self) -> f64 {
+        match (self.line_stiffness_n_per_m2, self.contact_modulus_pa) {
+            (Some(stiffness), _) => stiffness,
+            (None, Some(modulus)) => 0.5 * modulus,
+            (None, None) => 1e4,
+        }
     }
 
     fn default_point_stiffness() -> f64 {
@@ -54,6 +81,21 @@ impl Material {
     fn default_friction_stiffness() -> f64 {
         1e3
     }
+}
+
+/// Drag on one body: the force `-(linear + quadratic |v|) v` and the torque `-angular w`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Drag {
+    /// Linear drag coefficient, in kilograms per second.
+    #[serde(default)]
+    pub linear_kg_per_s: f64,
+    /// Quadratic drag coefficient, in kilograms per metre.
+    #[serde(default)]
+    pub quadratic_kg_per_m: f64,
+    /// Angular drag coefficient, in kilogram square metres per second.
+    #[serde(default)]
+    pub angular_kg_m2_per_s: f64,
 }
 
 /// A rigid ring: a solid torus.
@@ -82,6 +124,9 @@ pub struct Ring {
     /// A pinned ring never moves.
     #[serde(default)]
     pub pinned: bool,
+    /// Its own drag, instead of what `forces` says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drag: Option<Drag>,
     /// Name of the motion that the ring follows exactly, whatever pulls at it; velocities at step 0 come from
     /// there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -109,6 +154,9 @@ pub struct Sphere {
     /// A pinned sphere never moves.
     #[serde(default)]
     pub pinned: bool,
+    /// Its drag; a sphere without has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drag: Option<Drag>,
     /// Name of the motion that the sphere follows exactly, whatever pulls at it; velocities at step 0 come from
     /// there.
     #[serde(default, skip_serializing_if = "Option::is_none")]

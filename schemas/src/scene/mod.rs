@@ -6,6 +6,7 @@
 
 mod bodies;
 mod error;
+mod materials;
 mod motion;
 mod parse;
 pub mod render;
@@ -14,7 +15,7 @@ mod time;
 mod validate;
 mod weave;
 
-pub use bodies::{Material, Plane, Ring, Sphere};
+pub use bodies::{Drag, Material, Plane, Ring, Sphere};
 pub use error::SceneError;
 pub use motion::{Interpolation, Keyframe, Motion, Shake};
 pub use solids::{Capsule, Cuboid};
@@ -242,8 +243,17 @@ pub struct Forces {
     pub gravity_m_per_s2: [f64; 3],
     /// Linear drag coefficient `c` of the force `-c v` on each ring, in kilograms per second.
     pub linear_drag_kg_per_s: f64,
+    /// Quadratic drag coefficient `c` of the force `-c |v| v` on each ring, in kilograms per metre.
+    #[serde(skip_serializing_if = "Forces::is_zero")]
+    pub quadratic_drag_kg_per_m: f64,
     /// Angular drag coefficient `c` of the torque `-c w` on each ring, in kilogram square metres per second.
     pub angular_drag_kg_m2_per_s: f64,
+}
+
+impl Forces {
+    fn is_zero(value: &f64) -> bool {
+        *value == 0.0
+    }
 }
 
 /// What the log keeps.

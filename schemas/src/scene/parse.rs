@@ -72,6 +72,7 @@ impl Scene {
         self.weaves.clear();
         // Woven rings come first, then explicit ones, each in the order of the file.
         self.rings.splice(0..0, woven);
+        self.resolve_materials();
         self.normalise_directions();
         Ok(self)
     }

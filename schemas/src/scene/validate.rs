@@ -1,5 +1,6 @@
 //! Every value of a scene is checked here, once, before anything is computed from it.
 
+use super::materials::drag;
 use super::parse::suggestion;
 use super::render::{Light, Render};
 use super::{Motion, Scene, SceneError};
@@ -63,10 +64,11 @@ impl Scene {
         self.validate_method()?;
         vector("forces.gravity_m_per_s2", &self.forces.gravity_m_per_s2)?;
         not_negative("forces.linear_drag_kg_per_s", self.forces.linear_drag_kg_per_s)?;
+        not_negative("forces.quadratic_drag_kg_per_m", self.forces.quadratic_drag_kg_per_m)?;
         not_negative("forces.angular_drag_kg_m2_per_s", self.forces.angular_drag_kg_m2_per_s)?;
         for (name, material) in &self.materials {
             let key = |field: &str| format!("material.{name}.{field}");
-            positive(&key("line_stiffness_n_per_m2"), material.line_stiffness_n_per_m2)?;
+            material.validate(&key)?;
             positive(&key("point_stiffness_n_per_m"), material.point_stiffness_n_per_m)?;
             positive(&key("friction_stiffness_n_per_m"), material.friction_stiffness_n_per_m)?;
             not_negative(&key("damping_s_per_m"), material.damping_s_per_m)?;
@@ -150,6 +152,7 @@ impl Scene {
             vector(&key("linear_velocity_m_per_s"), &ring.linear_velocity_m_per_s)?;
             vector(&key("angular_velocity_rad_per_s"), &ring.angular_velocity_rad_per_s)?;
             self.material_exists(&key("material"), &ring.material)?;
+            drag(&key, ring.drag.as_ref())?;
             self.motion_exists(&key("motion"), ring.motion.as_ref(), ring.pinned)?;
         }
         Ok(())
@@ -164,6 +167,7 @@ impl Scene {
             vector(&key("linear_velocity_m_per_s"), &sphere.linear_velocity_m_per_s)?;
             vector(&key("angular_velocity_rad_per_s"), &sphere.angular_velocity_rad_per_s)?;
             self.material_exists(&key("material"), &sphere.material)?;
+            drag(&key, sphere.drag.as_ref())?;
             self.motion_exists(&key("motion"), sphere.motion.as_ref(), sphere.pinned)?;
         }
         for (index, plane) in self.planes.iter().enumerate() {

@@ -104,6 +104,8 @@ pub(crate) struct Pair<'a> {
     pub a: &'a Circle,
     pub a_minor_radius: f64,
     pub law: NormalLaw,
+    /// Hertz's modulus of sphere against sphere or plane (Pa); 0 where the law itself holds.
+    pub sphere_modulus: f64,
     /// Centre of A less centre of B; zero for a plane.
     pub from_b: Vec3,
     /// Velocity of A's centre relative to B's matter there, and angular velocity of A relative to B.
@@ -381,7 +383,8 @@ pub(crate) fn sphere_sphere<const DAMPED: bool, const FRICTION: bool>(
 ) {
     let reach = pair.a_minor_radius + b_radius;
     let (normal, distance) = unit_or(pair.from_b, &Vec3::z());
-    at_point::<DAMPED, FRICTION>(pair, normal, reach - distance, slip, forces);
+    let radius = pair.a_minor_radius * b_radius / reach;
+    at_sphere::<DAMPED, FRICTION>(pair, normal, (reach - distance, radius), slip, forces);
 }
 
 /// Sphere against plane: one point below the centre.
@@ -393,7 +396,28 @@ pub(crate) fn sphere_plane<const DAMPED: bool, const FRICTION: bool>(
     forces: &mut Vec<PairForce>,
 ) {
     let height = plane.normal.dot(&pair.a.centre) - plane.offset;
-    at_point::<DAMPED, FRICTION>(pair, plane.normal, pair.a_minor_radius - height, slip, forces);
+    let radius = pair.a_minor_radius;
+    at_sphere::<DAMPED, FRICTION>(pair, plane.normal, (radius - height, radius), slip, forces);
+}
+
+/// A point contact of a sphere, by Hertz's law where the materials have a contact modulus.
+#[inline]
+fn at_sphere<const DAMPED: bool, const FRICTION: bool>(
+    pair: &Pair,
+    normal: Vec3,
+    (penetration, radius): (f64, f64),
+    slip: &Slip,
+    forces: &mut Vec<PairForce>,
+) {
+    if !(pair.sphere_modulus > 0.0 && penetration > 0.0) {
+        return at_point::<DAMPED, FRICTION>(pair, normal, penetration, slip, forces);
+    }
+    let law = pair.law.hertz(pair.sphere_modulus, radius, penetration);
+    at_point::<DAMPED, FRICTION>(&Pair { law, ..*pair }, normal, penetration, slip, forces);
+    if let Some(force) = forces.last_mut() {
+        // The spring's energy was that of a law linear in depth.
+        force.energy *= 0.8;
+    }
 }
 
 /// A point contact. The normal force acts on the line through A's centre, so its lever is zero.

@@ -269,9 +269,11 @@ impl Stage<'_> {
         let across = w - self.frame.normal * spin;
         let torque = self.wrench.torque - w * body.axial_drag.drag;
         let angular = body.angular_acceleration(self.frame, &w, &torque);
-        let force = self.wrench.force - v * body.linear_drag.drag;
-        let drag_power = body.linear_drag.drag * v.norm_squared()
-            + body.axial_drag.drag * (spin * spin + across.norm_squared());
+        let speed = if body.quadratic_drag > 0.0 { v.norm_squared().sqrt() } else { 0.0 };
+        let linear_drag = body.linear_drag.drag + body.quadratic_drag * speed;
+        let force = self.wrench.force - v * linear_drag;
+        let drag_power =
+            linear_drag * v.norm_squared() + body.axial_drag.drag * (spin * spin + across.norm_squared());
         let contact_power = match &self.lost {
             Some(lost) => -(lost.force.dot(&v) + lost.torque.dot(&w)),
             None => 0.0,

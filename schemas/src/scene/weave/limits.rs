@@ -3,6 +3,7 @@
 use super::japanese::Japanese;
 use super::{Pattern, Weave};
 use crate::scene::SceneError;
+use crate::scene::materials::drag;
 use crate::scene::validate::{positive, radii, refuse, refuse_number, vector};
 
 impl Weave {
@@ -12,6 +13,7 @@ impl Weave {
         positive(&key("ring_mass_kg"), self.ring_mass_kg)?;
         vector(&key("position_m"), &self.position_m)?;
         vector(&key("rotation_rad"), &self.rotation_rad)?;
+        drag(key, self.drag.as_ref())?;
         for pin in &self.pins {
             if pin[0] >= self.rows || pin[1] >= self.columns {
                 let expected = format!("[row, column] below [{}, {}]", self.rows, self.columns);

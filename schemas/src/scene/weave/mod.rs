@@ -6,7 +6,7 @@
 mod japanese;
 mod limits;
 
-use super::bodies::Ring;
+use super::bodies::{Drag, Ring};
 use crate::Hash;
 use japanese::{Grid, Japanese};
 use serde::{Deserialize, Serialize};
@@ -45,6 +45,9 @@ pub struct Weave {
     /// Rows of rings that never move.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pin_rows: Vec<u32>,
+    /// The rings' own drag, instead of what `forces` says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drag: Option<Drag>,
     /// Rings that follow a motion.
     #[serde(default, rename = "grip", skip_serializing_if = "Vec::is_empty")]
     pub grips: Vec<Grip>,
@@ -206,6 +209,7 @@ impl Weave {
                     linear_velocity_m_per_s: [0.0; 3],
                     angular_velocity_rad_per_s: [0.0; 3],
                     pinned: place.grid.is_some_and(pinned),
+                    drag: self.drag,
                     motion: place.grid.and_then(motion),
                 }
             })
