@@ -39,6 +39,8 @@ pub mod circle;
 pub mod cuboid;
 pub mod gauss;
 pub mod lanes;
+pub mod minima;
+pub mod patch;
 pub mod plane;
 pub mod rotation;
 pub mod span;

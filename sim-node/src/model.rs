@@ -2,13 +2,17 @@
 
 use crate::body::Body;
 use crate::broad::{self, Method};
-use crate::contact::material::PairMaterial;
+use crate::contact::material::{NormalLaw, PairMaterial};
+use crate::contact::surface::samples::PURPOSE;
 use crate::motion::{Drive, Driven};
 use crate::plan::Features;
 use crate::{motion, overlap, plan, stability};
 use geometry::{Circle, Vec3};
 use schemas::plan::Plan;
-use schemas::scene::{self, Forces, Integrator, Material, OnRisk, Scene, Time};
+use schemas::scene::{
+    self, ContactLaw, Forces, Integrator, Material, OnRisk, Scene, SurfaceAverage, SurfaceIntegral,
+    SurfaceSampler, Time,
+};
 use schemas::state::BodyState;
 use std::fmt;
 
@@ -32,6 +36,7 @@ pub struct Model {
     time: Time,
     method: scene::Method,
     error_estimate: bool,
+    seed: u64,
     broad_phase: Method,
     grid_radius: f64,
     largest_time_step_s: f64,
@@ -114,6 +119,17 @@ pub enum ModelError {
         /// What sets the bound.
         cause: String,
     },
+    /// A contact law that has no answer for a shape.
+    #[error(
+        "method.contact_law = {law}: expected rings, spheres and planes only, and there is {body}; take it out, or \
+         take the law centreline-arc"
+    )]
+    Law {
+        /// The law, as the scene writes it.
+        law: &'static str,
+        /// The first body that it cannot take.
+        body: BodyName,
+    },
     /// More bodies than 32-bit numbers can name.
     #[error("{count} bodies: expected at most {largest}")]
     TooManyBodies {
@@ -156,6 +172,7 @@ impl Model {
             return Err(ModelError::TooManyBodies { count, largest: COUNT_MAX });
         }
         let mut model = Model::lay_out(scene);
+        model.check_law()?;
         let (features, mut plan) = plan::make(scene, &model, how.everything_on);
         model.features = features;
         model.linked_pairs = overlap::check_and_find_links(&model)?;
@@ -181,6 +198,15 @@ impl Model {
         model.time.time_step_s = time_step_s;
         model.bodies.iter_mut().for_each(|body| body.take_time_step(time_step_s));
         model
+    }
+
+    /// Refuses shapes that the contact law has no answer for.
+    fn check_law(&self) -> Result<(), ModelError> {
+        let law = self.contact_law().name();
+        if self.contact_law() != ContactLaw::CentrelineArc && self.round_count() < self.body_count() {
+            return Err(ModelError::Law { law, body: self.body_name(self.round_count() as u32) });
+        }
+        Ok(())
     }
 
     /// Each body's mobility, once its links are known.
@@ -242,6 +268,7 @@ impl Model {
             time: scene.time.clone(),
             method: scene.method.clone(),
             error_estimate: scene.record.error_estimate,
+            seed: scene.seed,
             broad_phase: broad::choose(scene.method.broad_phase, bodies.len()).0,
             grid_radius,
             largest_time_step_s: f64::INFINITY,
@@ -335,6 +362,41 @@ impl Model {
     /// Whether records hold an estimate of a step's error.
     pub fn estimates_error(&self) -> bool {
         self.error_estimate
+    }
+
+    /// The contact law.
+    pub fn contact_law(&self) -> ContactLaw {
+        self.method.contact_law
+    }
+
+    /// How the law `surface-integral` takes its integral.
+    pub(crate) fn surface(&self) -> &SurfaceIntegral {
+        &self.method.surface
+    }
+
+    /// The random numbers of a step, if the contact law draws some.
+    pub(crate) fn random_of_step(&self, step: u64) -> Option<random::Stream> {
+        let draws = self.contact_law() == ContactLaw::SurfaceIntegral
+            && self.surface().sampler != SurfaceSampler::Quadrature;
+        draws.then(|| random::Stream::new(self.seed, step, PURPOSE))
+    }
+
+    /// The law of the normal force of a contact whose first body is this one.
+    #[inline]
+    pub(crate) fn normal_law<'a>(&self, material: &'a PairMaterial, a: u32) -> &'a NormalLaw {
+        match self.contact_law() {
+            // Rings, and capsules and boxes.
+            ContactLaw::CentrelineArc
+                if (a as usize) < self.ring_count || (a as usize) >= self.round_count() =>
+            {
+                &material.line
+            }
+            ContactLaw::CentrelineArc | ContactLaw::CentrelineMinima => &material.point,
+            ContactLaw::SurfaceIntegral => match self.surface().average {
+                SurfaceAverage::Area => &material.surface,
+                SurfaceAverage::AllSamples => &material.point,
+            },
+        }
     }
 
     /// The name of a body or plane by its number in pairs.

@@ -4,7 +4,7 @@ use crate::Model;
 use crate::body::Body;
 use crate::broad::{self, Method};
 use schemas::plan::Plan;
-use schemas::scene::{Integrator, OnRisk, Scene};
+use schemas::scene::{ContactLaw, Integrator, OnRisk, Scene};
 
 /// What the plan took in, as the code asks for it: outside the inner loops, where each combination picks
 /// its own compiled variant.
@@ -117,6 +117,17 @@ pub(crate) fn make(scene: &Scene, model: &Model, everything: bool) -> (Features,
         asymmetric > 0,
         format!("{asymmetric} of {} bodies are no symmetric tops", model.body_count()),
     );
+    for law in [ContactLaw::CentrelineArc, ContactLaw::CentrelineMinima, ContactLaw::SurfaceIntegral] {
+        let needed = contact && law == model.contact_law();
+        let mut reason = format!("method.contact_law is {}", model.contact_law().name());
+        if needed && law == ContactLaw::SurfaceIntegral {
+            let surface = model.surface();
+            let (sampler, average) =
+                (word(serde_json::to_value(surface.sampler)), word(serde_json::to_value(surface.average)));
+            reason = format!("{reason}, sampler {sampler}, average {average}, {} samples", surface.samples);
+        }
+        plan.push(&format!("law/{}", law.name()), needed, reason);
+    }
     plan.push("audit/links", free_rings > 0 && rings > 1, counts.clone());
     plan.push("audit/gap", contact, counts);
     (Features { gravity, drag, quadratic_drag, damping, friction }, plan)
@@ -150,4 +161,9 @@ pub(crate) fn time_step(scene: &Scene, largest_s: f64, cause: &str, time_step_s:
     let (integrator, on_risk) = (scene.method.integrator, scene.method.on_risk);
     let in_parts = on_risk == OnRisk::Subdivide && integrator != Integrator::Dopri5;
     plan.push("time/subdivide", in_parts, format!("method.on_risk with {}", integrator.name()));
+}
+
+/// A choice as the scene writes it.
+fn word(choice: serde_json::Result<serde_json::Value>) -> String {
+    choice.ok().and_then(|value| value.as_str().map(str::to_owned)).unwrap_or_default()
 }

@@ -52,7 +52,11 @@ impl Scratch {
         };
         Scratch {
             evaluation: Evaluation::new(model),
-            moment: Moment { circles: vec![circle; count], velocities: vec![Velocity::ZERO; count] },
+            moment: Moment {
+                circles: vec![circle; count],
+                velocities: vec![Velocity::ZERO; count],
+                random: None,
+            },
             drive_work_j: 0.0,
             evaluation_age_s: 0.0,
             verlet: VerletScratch::of(model),

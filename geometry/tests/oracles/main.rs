@@ -9,6 +9,8 @@ mod closest;
 mod double_double;
 mod lanes;
 mod link;
+mod minima;
+mod patch;
 mod properties;
 mod quadrature;
 mod random;

@@ -11,6 +11,7 @@ mod motion;
 mod parse;
 pub mod render;
 mod solids;
+mod surface;
 mod time;
 mod validate;
 mod weave;
@@ -19,6 +20,7 @@ pub use bodies::{Drag, Material, Plane, Ring, Sphere};
 pub use error::SceneError;
 pub use motion::{Interpolation, Keyframe, Motion, Shake};
 pub use solids::{Capsule, Cuboid};
+pub use surface::{SurfaceAverage, SurfaceIntegral, SurfaceSampler};
 pub use time::Time;
 pub use weave::{Grip, Pattern, Weave};
 
@@ -123,8 +125,11 @@ pub struct Method {
     /// What is done about a step in which a body could pass through another.
     #[serde(skip_serializing_if = "OnRisk::is_stop")]
     pub on_risk: OnRisk,
-    /// The law of contact between centrelines.
+    /// The law of contact.
     pub contact_law: ContactLaw,
+    /// How the law `surface-integral` takes its integral.
+    #[serde(skip_serializing_if = "SurfaceIntegral::is_default")]
+    pub surface: SurfaceIntegral,
     /// How pairs of bodies that are near each other are found. No bit of a state depends on it.
     #[serde(skip_serializing_if = "BroadPhase::is_auto")]
     pub broad_phase: BroadPhase,
@@ -138,6 +143,7 @@ impl Default for Method {
             absolute_tolerance: 1e-9,
             on_risk: OnRisk::default(),
             contact_law: ContactLaw::default(),
+            surface: SurfaceIntegral::default(),
             broad_phase: BroadPhase::default(),
         }
     }
@@ -233,6 +239,21 @@ pub enum ContactLaw {
     /// Potential along the certified contact arcs of one centreline inside the other body.
     #[default]
     CentrelineArc,
+    /// A spring at each local minimum of the distance between a centreline and the other body.
+    CentrelineMinima,
+    /// Integral of the depth over the part of each surface that is inside the other body.
+    SurfaceIntegral,
+}
+
+impl ContactLaw {
+    /// The law as a scene writes it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            ContactLaw::CentrelineArc => "centreline-arc",
+            ContactLaw::CentrelineMinima => "centreline-minima",
+            ContactLaw::SurfaceIntegral => "surface-integral",
+        }
+    }
 }
 
 /// Forces that act on every body.
