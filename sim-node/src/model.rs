@@ -6,7 +6,8 @@ use crate::contact::material::{NormalLaw, PairMaterial};
 use crate::contact::surface::samples::PURPOSE;
 use crate::motion::{Drive, Driven};
 use crate::plan::Features;
-use crate::{motion, overlap, plan, stability};
+use crate::{motion, overlap, plan, polynomials, stability};
+use geometry::polynomial::Solid;
 use geometry::{Circle, Vec3};
 use schemas::plan::Plan;
 use schemas::scene::{
@@ -16,14 +17,18 @@ use schemas::scene::{
 use schemas::state::BodyState;
 use std::fmt;
 
+pub use crate::refusal::ModelError;
+
 /// A scene, compiled: constants of bodies and pairs of materials, the starting poses, the rings that are
 /// linked, and what the scene needs of the program.
 #[derive(Clone, Debug)]
 pub struct Model {
     bodies: Vec<Body>,
     ring_count: usize,
-    /// Numbers of spheres, capsules and boxes, which follow the rings in this order.
-    other_counts: [usize; 3],
+    /// Numbers of spheres, capsules, boxes and polynomials, which follow the rings in this order.
+    other_counts: [usize; 4],
+    /// The surfaces of the polynomials.
+    surfaces: Vec<Solid>,
     planes: Vec<HalfSpace>,
     material_count: usize,
     pair_materials: Vec<PairMaterial>,
@@ -53,8 +58,8 @@ pub struct HalfSpace {
     pub(crate) material: u32,
 }
 
-/// A body, named as a person counts them in the scene: rings (woven ones first), spheres, capsules, boxes and
-/// planes, each from 0.
+/// A body, named as a person counts them in the scene: rings (woven ones first), spheres, capsules, boxes,
+/// polynomials and planes, each from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum BodyName {
     /// `ring N`.
@@ -65,6 +70,8 @@ pub enum BodyName {
     Capsule(usize),
     /// `box N`.
     Box(usize),
+    /// `polynomial N`.
+    Polynomial(usize),
     /// `plane N`.
     Plane(usize),
 }
@@ -76,6 +83,7 @@ impl fmt::Display for BodyName {
             BodyName::Sphere(index) => write!(f, "sphere {index}"),
             BodyName::Capsule(index) => write!(f, "capsule {index}"),
             BodyName::Box(index) => write!(f, "box {index}"),
+            BodyName::Polynomial(index) => write!(f, "polynomial {index}"),
             BodyName::Plane(index) => write!(f, "plane {index}"),
         }
     }
@@ -88,56 +96,6 @@ pub struct Compile {
     pub everything_on: bool,
     /// A time step beyond the stability bound is accepted: for studies of what happens there.
     pub beyond_stability_bound: bool,
-}
-
-/// A scene that reads well and cannot be simulated.
-#[derive(Debug, thiserror::Error, PartialEq)]
-pub enum ModelError {
-    /// Two bodies overlap at the start: their contact would fling them apart.
-    #[error(
-        "{a} and {b} overlap at the start: their gap is {gap_m:e} m, expected 0 or more; move one of them, \
-         or make it smaller"
-    )]
-    Overlap {
-        /// One body.
-        a: BodyName,
-        /// The other.
-        b: BodyName,
-        /// Their gap (m); negative.
-        gap_m: f64,
-    },
-    /// The time step is too long for the stiffest contact, for drag or for spin.
-    #[error(
-        "time.time_step_s = {time_step_s:e}: expected at most {largest_s:e} s, the bound set by {cause}; \
-         take a smaller step (or \"auto\"), a softer material, or method.on_risk = \"subdivide\""
-    )]
-    TimeStep {
-        /// The step as given (s).
-        time_step_s: f64,
-        /// The largest step that is accepted (s).
-        largest_s: f64,
-        /// What sets the bound.
-        cause: String,
-    },
-    /// A contact law that has no answer for a shape.
-    #[error(
-        "method.contact_law = {law}: expected rings, spheres and planes only, and there is {body}; take it out, or \
-         take the law centreline-arc"
-    )]
-    Law {
-        /// The law, as the scene writes it.
-        law: &'static str,
-        /// The first body that it cannot take.
-        body: BodyName,
-    },
-    /// More bodies than 32-bit numbers can name.
-    #[error("{count} bodies: expected at most {largest}")]
-    TooManyBodies {
-        /// Bodies and planes in the scene.
-        count: usize,
-        /// The largest number.
-        largest: usize,
-    },
 }
 
 impl Model {
@@ -171,8 +129,9 @@ impl Model {
         if count > COUNT_MAX {
             return Err(ModelError::TooManyBodies { count, largest: COUNT_MAX });
         }
-        let mut model = Model::lay_out(scene);
+        let mut model = Model::lay_out(scene)?;
         model.check_law()?;
+        polynomials::refuse_pairs(&model)?;
         let (features, mut plan) = plan::make(scene, &model, how.everything_on);
         model.features = features;
         model.linked_pairs = overlap::check_and_find_links(&model)?;
@@ -221,7 +180,7 @@ impl Model {
         }
     }
 
-    fn lay_out(scene: &Scene) -> Model {
+    fn lay_out(scene: &Scene) -> Result<Model, ModelError> {
         let time_step = scene.time.time_step_s;
         let Forces { gravity_m_per_s2, .. } = scene.forces;
         let names: Vec<&String> = scene.materials.keys().collect();
@@ -234,7 +193,13 @@ impl Model {
         let spheres = scene.spheres.iter().map(|s| Body::sphere(s, material(&s.material), time_step));
         let capsules = scene.capsules.iter().map(|c| Body::capsule(c, material(&c.material), time_step));
         let boxes = scene.boxes.iter().map(|b| Body::cuboid(b, material(&b.material), time_step));
-        let bodies: Vec<Body> = rings.chain(spheres).chain(capsules).chain(boxes).collect();
+        let mut bodies: Vec<Body> = rings.chain(spheres).chain(capsules).chain(boxes).collect();
+        let mut initial = scene.initial_bodies();
+        let surfaces = polynomials::compile(scene, &mut initial)?;
+        for ((number, polynomial), solid) in (0..).zip(&scene.polynomials).zip(&surfaces) {
+            let material = material(&polynomial.material);
+            bodies.push(Body::polynomial(polynomial, (solid, number), material, time_step));
+        }
         let mut pair_materials = Vec::with_capacity(materials.len() * materials.len());
         for a in &materials {
             pair_materials.extend(materials.iter().map(|b| PairMaterial::new(a, b)));
@@ -251,11 +216,16 @@ impl Model {
                 grid_radius = body.bounding_radius;
             }
         }
-        let mut initial = scene.initial_bodies();
         let (drives, driven) = motion::compile(scene, &mut initial);
-        Model {
+        Ok(Model {
             ring_count: scene.rings.len(),
-            other_counts: [scene.spheres.len(), scene.capsules.len(), scene.boxes.len()],
+            other_counts: [
+                scene.spheres.len(),
+                scene.capsules.len(),
+                scene.boxes.len(),
+                scene.polynomials.len(),
+            ],
+            surfaces,
             planes: scene.planes.iter().map(plane).collect(),
             material_count: materials.len(),
             pair_materials,
@@ -274,10 +244,10 @@ impl Model {
             largest_time_step_s: f64::INFINITY,
             features: Features::default(),
             bodies,
-        }
+        })
     }
 
-    /// The bodies' constants: rings, spheres, capsules, boxes.
+    /// The bodies' constants: rings, spheres, capsules, boxes, polynomials.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
@@ -292,15 +262,21 @@ impl Model {
         self.ring_count
     }
 
-    /// Rings, spheres and capsules, the first bodies: symmetric tops about their own z axes. Boxes follow.
+    /// Rings, spheres and capsules, the first bodies: symmetric tops about their own z axes. Boxes and
+    /// polynomials follow.
     pub(crate) fn top_count(&self) -> usize {
-        let [spheres, capsules, _] = self.other_counts;
+        let [spheres, capsules, ..] = self.other_counts;
         self.ring_count + spheres + capsules
     }
 
     /// Rings and spheres, the first bodies: those that need no carrier or field of `contact::shapes`.
     pub(crate) fn round_count(&self) -> usize {
         self.ring_count + self.other_counts[0]
+    }
+
+    /// The surface of a polynomial body.
+    pub(crate) fn solid(&self, number: u32) -> &Solid {
+        &self.surfaces[number as usize]
     }
 
     /// The fixed half-spaces; in pairs they are numbered after the bodies.
@@ -406,7 +382,7 @@ impl Model {
             return BodyName::Ring(rest);
         }
         rest -= self.ring_count;
-        let names = [BodyName::Sphere, BodyName::Capsule, BodyName::Box];
+        let names = [BodyName::Sphere, BodyName::Capsule, BodyName::Box, BodyName::Polynomial];
         for (count, name) in self.other_counts.into_iter().zip(names) {
             if rest < count {
                 return name(rest);

@@ -64,7 +64,11 @@ pub(crate) fn make(scene: &Scene, model: &Model, everything: bool) -> (Features,
         choose(part, needed, if needed { counts.clone() } else { missing.join(", ") });
     }
 
-    let solids = [("capsule", "capsules", scene.capsules.len()), ("box", "boxes", scene.boxes.len())];
+    let solids = [
+        ("capsule", "capsules", scene.capsules.len()),
+        ("box", "boxes", scene.boxes.len()),
+        ("polynomial", "polynomials", scene.polynomials.len()),
+    ];
     let any_free = free(0..model.body_count()) > 0;
     for (one, many, count) in solids {
         let needed = count > 0 && any_free;

@@ -19,7 +19,7 @@ mod weave;
 pub use bodies::{Drag, Material, Plane, Ring, Sphere};
 pub use error::SceneError;
 pub use motion::{Interpolation, Keyframe, Motion, Shake};
-pub use solids::{Capsule, Cuboid};
+pub use solids::{Capsule, Cuboid, Polynomial};
 pub use surface::{SurfaceAverage, SurfaceIntegral, SurfaceSampler};
 pub use time::Time;
 pub use weave::{Grip, Pattern, Weave};
@@ -66,6 +66,9 @@ pub struct Scene {
     /// Solid boxes.
     #[serde(default, rename = "box", skip_serializing_if = "Vec::is_empty")]
     pub boxes: Vec<Cuboid>,
+    /// Solid bodies bounded by a polynomial.
+    #[serde(default, rename = "polynomial", skip_serializing_if = "Vec::is_empty")]
+    pub polynomials: Vec<Polynomial>,
     /// Fixed half-spaces.
     #[serde(default, rename = "plane")]
     pub planes: Vec<Plane>,
@@ -80,7 +83,11 @@ pub struct Scene {
 impl Scene {
     /// Moving bodies: what a state has one entry for.
     pub fn body_count(&self) -> usize {
-        self.rings.len() + self.spheres.len() + self.capsules.len() + self.boxes.len()
+        self.rings.len()
+            + self.spheres.len()
+            + self.capsules.len()
+            + self.boxes.len()
+            + self.polynomials.len()
     }
 
     /// The name of a moving body by its number in a state, as a person counts them: `ring 3`, `sphere 0`, `box 1`.
@@ -90,6 +97,7 @@ impl Scene {
             ("sphere", self.spheres.len()),
             ("capsule", self.capsules.len()),
             ("box", self.boxes.len()),
+            ("polynomial", self.polynomials.len()),
         ];
         let mut rest = index;
         for (name, count) in counts {

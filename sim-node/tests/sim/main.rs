@@ -22,5 +22,6 @@ mod sheet;
 mod solids;
 mod steps;
 mod support;
+mod surfaces;
 mod top;
 mod weaves;
