@@ -39,6 +39,11 @@ pub struct ArcNode {
 }
 
 impl Arc {
+    /// The angle of the middle (rad), from -pi to pi.
+    pub fn mid_angle(&self) -> f64 {
+        libm::atan2(self.mid_sin, self.mid_cos)
+    }
+
     /// Half the arc's angle `phi` (rad).
     pub fn half_angle(&self) -> f64 {
         2.0 * libm::atan(self.half_tangent)
@@ -54,6 +59,13 @@ impl Arc {
             let (cos, sin) = arc.turned((1.0 - tau * tau) * inverse, 2.0 * tau * inverse);
             ArcNode { cos, sin, weight: 2.0 * arc.half_tangent * weight * inverse }
         })
+    }
+
+    /// `(cos, sin)` of the point at `tau = tan((t - mid) / 2)`.
+    #[inline]
+    pub(crate) fn at(&self, tau: f64) -> (f64, f64) {
+        let inverse = 1.0 / (1.0 + tau * tau);
+        self.turned((1.0 - tau * tau) * inverse, 2.0 * tau * inverse)
     }
 
     /// `(cos, sin)` of `mid + angle`, given those of the angle.
@@ -117,7 +129,8 @@ impl Arcs {
     /// Largest number of pieces.
     pub const CAPACITY: usize = CAPACITY;
 
-    pub(crate) const NONE: Arcs = Arcs {
+    /// No arc.
+    pub const NONE: Arcs = Arcs {
         pieces: [Arc { mid_cos: 0.0, mid_sin: 0.0, half_tangent: 0.0, connected: 0 }; CAPACITY],
         count: 0,
     };

@@ -75,18 +75,18 @@ fn at(a: &Circle, b: &Circle, cos: f64, sin: f64) -> ClosestPoints {
 /// Half the squared distance from a point of A to B, as a function of A's angle `t`:
 /// `(X + R_B^2) / 2 - R_B rho`, with `X` the squared distance from B's centre, `h` the height over B's
 /// plane and `rho = sqrt(X - h^2)`.
-struct Distance {
+pub(crate) struct Distance {
     /// Coefficients of 1, cos(t) and sin(t) in half `X`.
-    half_x: [f64; 3],
+    pub half_x: [f64; 3],
     /// The same in `h`.
     h: [f64; 3],
     /// The same in the two coordinates across B's axis.
-    across: [[f64; 3]; 2],
-    radius: f64,
+    pub across: [[f64; 3]; 2],
+    pub radius: f64,
 }
 
 impl Distance {
-    fn new(a: &Circle, b: &Circle) -> Distance {
+    pub(crate) fn new(a: &Circle, b: &Circle) -> Distance {
         let d = a.centre - b.centre;
         let wave = |axis: &Vec3| [d.dot(axis), a.radius * a.u.dot(axis), a.radius * a.w.dot(axis)];
         Distance {
@@ -102,7 +102,7 @@ impl Distance {
     }
 
     /// First and second derivative by `t`.
-    fn derivatives(&self, cos: f64, sin: f64) -> (f64, f64) {
+    pub(crate) fn derivatives(&self, cos: f64, sin: f64) -> (f64, f64) {
         let value = |c: &[f64; 3]| c[0] + c[1] * cos + c[2] * sin;
         let first = |c: &[f64; 3]| c[2] * cos - c[1] * sin;
         let second = |c: &[f64; 3]| -(c[1] * cos + c[2] * sin);
@@ -120,35 +120,38 @@ impl Distance {
         (first(&self.half_x) - self.radius * rho_1, second(&self.half_x) - self.radius * rho_2)
     }
 
+    /// First derivative at the point `tau = tan((t - mid) / 2)` of an arc.
+    pub(crate) fn slope(&self, arc: &Arc, tau: f64) -> f64 {
+        let (cos, sin) = arc.at(tau);
+        self.derivatives(cos, sin).0
+    }
+
     /// `(cos, sin)` of a minimum on the arc: inside where the slope changes from falling to rising, else
     /// the lower end.
     fn minimum(&self, arc: &Arc) -> (f64, f64) {
-        let at = |tau: f64| {
-            let inverse = 1.0 / (1.0 + tau * tau);
-            let (cos, sin) = ((1.0 - tau * tau) * inverse, 2.0 * tau * inverse);
-            (arc.mid_cos * cos - arc.mid_sin * sin, arc.mid_sin * cos + arc.mid_cos * sin)
-        };
-        let slope = |tau: f64| {
-            let (cos, sin) = at(tau);
-            let (first, second) = self.derivatives(cos, sin);
-            (first, second * 2.0 / (1.0 + tau * tau))
-        };
-        let (mut low, mut high) = (-arc.half_tangent, arc.half_tangent);
-        if slope(low).0 >= 0.0 {
-            return at(low);
+        let (low, high) = (-arc.half_tangent, arc.half_tangent);
+        if self.slope(arc, low) >= 0.0 {
+            return arc.at(low);
         }
-        if slope(high).0 <= 0.0 {
-            return at(high);
+        if self.slope(arc, high) <= 0.0 {
+            return arc.at(high);
         }
-        let mut tau = 0.0;
+        self.bracketed(arc, low, high)
+    }
+
+    /// `(cos, sin)` of the minimum between two values of `tau` at which the slope falls and rises.
+    pub(crate) fn bracketed(&self, arc: &Arc, low: f64, high: f64) -> (f64, f64) {
+        let (mut low, mut high) = (low, high);
+        let mut tau = 0.5 * (low + high);
         for _ in 0..64 {
-            let (first, second) = slope(tau);
+            let (cos, sin) = arc.at(tau);
+            let (first, second) = self.derivatives(cos, sin);
             if first < 0.0 {
                 low = tau;
             } else {
                 high = tau;
             }
-            let mut next = tau - first / second;
+            let mut next = tau - first / (second * 2.0 / (1.0 + tau * tau));
             if !(next > low && next < high) {
                 next = 0.5 * (low + high);
             }
@@ -158,6 +161,6 @@ impl Distance {
                 break;
             }
         }
-        at(tau)
+        arc.at(tau)
     }
 }

@@ -290,6 +290,18 @@ fn refusals_name_key_value_and_expectation() {
         (&["time.duration_s"], &["key.path=value"]),
         (&["ring.5.mass_kg=1"], &["there is no '5'"]),
         (&["record.state_every=0"], &["record.state_every", "1 or more"]),
+        (&["method.surface.samples=0"], &["method.surface.samples = 0:", "from 1 to 16777216"]),
+        (&["method.surface.samples=16777217"], &["method.surface.samples = 16777217:", "from 1 to 16777216"]),
+        (&["method.surface.sampler=\"sobel\""], &["sobel", "did you mean \"sobol\"?"]),
+        (&["method.contact_law=\"surface\""], &["unknown variant `surface`"]),
+        (
+            &["material.steel.surface_stiffness_n_per_m3=0"],
+            &["material.steel.surface_stiffness_n_per_m3 = 0.0:", "a positive number"],
+        ),
+        (
+            &["material.steel.surface_damping_n_s_per_m3=-1"],
+            &["material.steel.surface_damping_n_s_per_m3 = -1.0:", "0 or a positive"],
+        ),
     ] {
         let message = error(SMALL, overrides);
         for part in parts {
@@ -306,6 +318,10 @@ fn every_number_refuses_nan_and_infinity() {
     numbers(&value, String::new(), &mut paths);
     assert!(paths.len() > 80, "{} numbers were found", paths.len());
     let text = toml::to_string(&scene).expect("a scene is TOML");
+    // Not written where they have their defaults.
+    for field in ["surface_stiffness_n_per_m3", "surface_damping_n_s_per_m3"] {
+        paths.push(format!("material.steel.{field}"));
+    }
     for path in &paths {
         for bad in ["nan", "inf", "-inf"] {
             let overrides = [format!("{path}={bad}")];
@@ -331,6 +347,27 @@ fn numbers(value: &toml::Value, path: String, paths: &mut Vec<String>) {
         }
         _ => {}
     }
+}
+
+/// A scene without the law `surface-integral` is written as it was before there was one.
+#[test]
+fn the_surface_law_is_written_only_where_it_is_chosen() {
+    let plain = serde_json::to_string(&parse(&[])).expect("a scene is JSON");
+    assert!(!plain.contains("surface"), "{plain}");
+    let chosen = parse(&[
+        "method.contact_law=\"surface-integral\"",
+        "method.surface.sampler=\"uniform-angles\"",
+        "method.surface.average=\"all-samples\"",
+        "material.steel.surface_stiffness_n_per_m3=1e7",
+    ]);
+    assert_eq!(chosen.method.surface.samples, 1000);
+    let text = serde_json::to_string(&chosen).expect("a scene is JSON");
+    for part in
+        ["\"surface-integral\"", "\"uniform-angles\"", "\"all-samples\"", "surface_stiffness_n_per_m3"]
+    {
+        assert!(text.contains(part), "{part} is missing in {text}");
+    }
+    assert_eq!(serde_json::from_str::<Scene>(&text).expect("its own JSON"), chosen);
 }
 
 #[test]

@@ -10,13 +10,14 @@ use crate::body::Body;
 use crate::broad::Neighbours;
 use crate::contact::kernel::{ArcForce, MotionLine, RingChunk, RingScene};
 use crate::contact::material::NormalLaw;
+use crate::contact::surface::Workspace;
 use crate::contact::{Contact, PairForce};
 use crate::narrow::Narrow;
 use crate::wrench::{Velocity, Wrench};
 use geometry::lanes::{Level, Line, dispatch};
 use geometry::{Circle, Vec3};
 use rayon::prelude::*;
-use schemas::scene::Integrator;
+use schemas::scene::{ContactLaw, Integrator};
 use schemas::state::ContactState;
 
 /// Pairs in a chunk. Part of nothing: any value gives the same bits.
@@ -27,6 +28,8 @@ const CHUNK_PAIRS: usize = 2048;
 pub(crate) struct Moment {
     pub circles: Vec<Circle>,
     pub velocities: Vec<Velocity>,
+    /// Random numbers of the step, for the contact laws that draw some.
+    pub random: Option<random::Stream>,
 }
 
 /// By which velocities, and for how long, friction's springs have moved since they were last kept.
@@ -69,6 +72,7 @@ struct Chunk {
     rings: RingChunk,
     /// One pair at a time: those that the kernel left, or all.
     forces: Vec<PairForce>,
+    workspace: Workspace,
 }
 
 impl Chunk {
@@ -84,7 +88,7 @@ impl Chunk {
         self.forces.clear();
         for &number in &self.rings.search.irregular {
             let (a, b) = pairs[number as usize];
-            scene.pair::<DAMPED, FRICTION>(a, b, &mut self.forces);
+            scene.pair::<DAMPED, FRICTION>(a, b, &mut self.workspace, &mut self.forces);
         }
     }
 
@@ -93,7 +97,7 @@ impl Chunk {
         self.forces.clear();
         for &(a, b) in pairs {
             if scene.model.near(&scene.moment.circles, a, b) {
-                scene.pair::<DAMPED, FRICTION>(a, b, &mut self.forces);
+                scene.pair::<DAMPED, FRICTION>(a, b, &mut self.workspace, &mut self.forces);
             }
         }
     }
@@ -315,15 +319,16 @@ fn part(pairs: &[(u32, u32)], number: usize) -> &[(u32, u32)] {
     &pairs[number * CHUNK_PAIRS..if end < pairs.len() { end } else { pairs.len() }]
 }
 
-/// Whether a pair is one for the kernel: two rings without friction whose wires together are thinner than B's
-/// major radius.
+/// Whether a pair is one for the kernel: under the default law, two rings without friction whose wires together are
+/// thinner than B's major radius.
 fn is_common(model: &Model, a: u32, b: u32) -> bool {
     let rings = model.ring_count();
     let (Some(body_a), Some(body_b)) = (model.bodies().get(a as usize), model.bodies().get(b as usize))
     else {
         return false;
     };
-    (a as usize) < rings
+    model.contact_law() == ContactLaw::CentrelineArc
+        && (a as usize) < rings
         && (b as usize) < rings
         && body_a.minor_radius + body_b.minor_radius < body_b.major_radius
         && model.pair_material(a, b).friction_coefficient == 0.0

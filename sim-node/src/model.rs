@@ -2,15 +2,22 @@
 
 use crate::body::Body;
 use crate::broad::{self, Method};
-use crate::contact::material::PairMaterial;
+use crate::contact::material::{NormalLaw, PairMaterial};
+use crate::contact::surface::samples::PURPOSE;
 use crate::motion::{Drive, Driven};
 use crate::plan::Features;
-use crate::{motion, overlap, plan, stability};
+use crate::{motion, overlap, plan, polynomials, stability};
+use geometry::polynomial::Solid;
 use geometry::{Circle, Vec3};
 use schemas::plan::Plan;
-use schemas::scene::{self, Forces, Integrator, Material, Scene, Time};
+use schemas::scene::{
+    self, ContactLaw, Forces, Integrator, Material, Scene, SurfaceAverage, SurfaceIntegral, SurfaceSampler,
+    Time,
+};
 use schemas::state::BodyState;
 use std::fmt;
+
+pub use crate::refusal::ModelError;
 
 /// A scene, compiled: constants of bodies and pairs of materials, the starting poses, the rings that are
 /// linked, and what the scene needs of the program.
@@ -18,8 +25,10 @@ use std::fmt;
 pub struct Model {
     bodies: Vec<Body>,
     ring_count: usize,
-    /// Numbers of spheres, capsules and boxes, which follow the rings in this order.
-    other_counts: [usize; 3],
+    /// Numbers of spheres, capsules, boxes and polynomials, which follow the rings in this order.
+    other_counts: [usize; 4],
+    /// The surfaces of the polynomials.
+    surfaces: Vec<Solid>,
     planes: Vec<HalfSpace>,
     material_count: usize,
     pair_materials: Vec<PairMaterial>,
@@ -31,6 +40,7 @@ pub struct Model {
     gravity: Vec3,
     time: Time,
     method: scene::Method,
+    seed: u64,
     broad_phase: Method,
     grid_radius: f64,
     largest_time_step_s: f64,
@@ -47,8 +57,8 @@ pub struct HalfSpace {
     pub(crate) material: u32,
 }
 
-/// A body, named as a person counts them in the scene: rings (woven ones first), spheres, capsules, boxes and
-/// planes, each from 0.
+/// A body, named as a person counts them in the scene: rings (woven ones first), spheres, capsules, boxes,
+/// polynomials and planes, each from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum BodyName {
     /// `ring N`.
@@ -59,6 +69,8 @@ pub enum BodyName {
     Capsule(usize),
     /// `box N`.
     Box(usize),
+    /// `polynomial N`.
+    Polynomial(usize),
     /// `plane N`.
     Plane(usize),
 }
@@ -70,6 +82,7 @@ impl fmt::Display for BodyName {
             BodyName::Sphere(index) => write!(f, "sphere {index}"),
             BodyName::Capsule(index) => write!(f, "capsule {index}"),
             BodyName::Box(index) => write!(f, "box {index}"),
+            BodyName::Polynomial(index) => write!(f, "polynomial {index}"),
             BodyName::Plane(index) => write!(f, "plane {index}"),
         }
     }
@@ -82,45 +95,6 @@ pub struct Compile {
     pub everything_on: bool,
     /// A time step beyond the stability bound is accepted: for studies of what happens there.
     pub beyond_stability_bound: bool,
-}
-
-/// A scene that reads well and cannot be simulated.
-#[derive(Debug, thiserror::Error, PartialEq)]
-pub enum ModelError {
-    /// Two bodies overlap at the start: their contact would fling them apart.
-    #[error(
-        "{a} and {b} overlap at the start: their gap is {gap_m:e} m, expected 0 or more; move one of them, \
-         or make it smaller"
-    )]
-    Overlap {
-        /// One body.
-        a: BodyName,
-        /// The other.
-        b: BodyName,
-        /// Their gap (m); negative.
-        gap_m: f64,
-    },
-    /// The time step is too long for the stiffest contact, for drag or for spin.
-    #[error(
-        "time.time_step_s = {time_step_s:e}: expected at most {largest_s:e} s, the bound set by {cause}; \
-         take a smaller step or a softer material"
-    )]
-    TimeStep {
-        /// The step as given (s).
-        time_step_s: f64,
-        /// The largest step that is accepted (s).
-        largest_s: f64,
-        /// What sets the bound.
-        cause: String,
-    },
-    /// More bodies than 32-bit numbers can name.
-    #[error("{count} bodies: expected at most {largest}")]
-    TooManyBodies {
-        /// Bodies and planes in the scene.
-        count: usize,
-        /// The largest number.
-        largest: usize,
-    },
 }
 
 impl Model {
@@ -154,7 +128,9 @@ impl Model {
         if count > COUNT_MAX {
             return Err(ModelError::TooManyBodies { count, largest: COUNT_MAX });
         }
-        let mut model = Model::lay_out(scene);
+        let mut model = Model::lay_out(scene)?;
+        model.check_law()?;
+        polynomials::refuse_pairs(&model)?;
         let (features, plan) = plan::make(scene, &model, how.everything_on);
         model.features = features;
         model.linked_pairs = overlap::check_and_find_links(&model)?;
@@ -166,6 +142,15 @@ impl Model {
             return Err(ModelError::TimeStep { time_step_s, largest_s, cause });
         }
         Ok((model, plan))
+    }
+
+    /// Refuses shapes that the contact law has no answer for.
+    fn check_law(&self) -> Result<(), ModelError> {
+        let law = self.contact_law().name();
+        if self.contact_law() != ContactLaw::CentrelineArc && self.round_count() < self.body_count() {
+            return Err(ModelError::Law { law, body: self.body_name(self.round_count() as u32) });
+        }
+        Ok(())
     }
 
     /// Each body's mobility, once its links are known.
@@ -180,7 +165,7 @@ impl Model {
         }
     }
 
-    fn lay_out(scene: &Scene) -> Model {
+    fn lay_out(scene: &Scene) -> Result<Model, ModelError> {
         let time_step = scene.time.time_step_s;
         let Forces { gravity_m_per_s2, .. } = scene.forces;
         let names: Vec<&String> = scene.materials.keys().collect();
@@ -193,7 +178,13 @@ impl Model {
         let spheres = scene.spheres.iter().map(|s| Body::sphere(s, material(&s.material), time_step));
         let capsules = scene.capsules.iter().map(|c| Body::capsule(c, material(&c.material), time_step));
         let boxes = scene.boxes.iter().map(|b| Body::cuboid(b, material(&b.material), time_step));
-        let bodies: Vec<Body> = rings.chain(spheres).chain(capsules).chain(boxes).collect();
+        let mut bodies: Vec<Body> = rings.chain(spheres).chain(capsules).chain(boxes).collect();
+        let mut initial = scene.initial_bodies();
+        let surfaces = polynomials::compile(scene, &mut initial)?;
+        for ((number, polynomial), solid) in (0..).zip(&scene.polynomials).zip(&surfaces) {
+            let material = material(&polynomial.material);
+            bodies.push(Body::polynomial(polynomial, (solid, number), material, time_step));
+        }
         let mut pair_materials = Vec::with_capacity(materials.len() * materials.len());
         for a in &materials {
             pair_materials.extend(materials.iter().map(|b| PairMaterial::new(a, b)));
@@ -210,11 +201,16 @@ impl Model {
                 grid_radius = body.bounding_radius;
             }
         }
-        let mut initial = scene.initial_bodies();
         let (drives, driven) = motion::compile(scene, &mut initial);
-        Model {
+        Ok(Model {
             ring_count: scene.rings.len(),
-            other_counts: [scene.spheres.len(), scene.capsules.len(), scene.boxes.len()],
+            other_counts: [
+                scene.spheres.len(),
+                scene.capsules.len(),
+                scene.boxes.len(),
+                scene.polynomials.len(),
+            ],
+            surfaces,
             planes: scene.planes.iter().map(plane).collect(),
             material_count: materials.len(),
             pair_materials,
@@ -226,15 +222,16 @@ impl Model {
             gravity: Vec3::from(gravity_m_per_s2),
             time: scene.time.clone(),
             method: scene.method.clone(),
+            seed: scene.seed,
             broad_phase: broad::choose(scene.method.broad_phase, bodies.len()).0,
             grid_radius,
             largest_time_step_s: f64::INFINITY,
             features: Features::default(),
             bodies,
-        }
+        })
     }
 
-    /// The bodies' constants: rings, spheres, capsules, boxes.
+    /// The bodies' constants: rings, spheres, capsules, boxes, polynomials.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
@@ -249,15 +246,21 @@ impl Model {
         self.ring_count
     }
 
-    /// Rings, spheres and capsules, the first bodies: symmetric tops about their own z axes. Boxes follow.
+    /// Rings, spheres and capsules, the first bodies: symmetric tops about their own z axes. Boxes and
+    /// polynomials follow.
     pub(crate) fn top_count(&self) -> usize {
-        let [spheres, capsules, _] = self.other_counts;
+        let [spheres, capsules, ..] = self.other_counts;
         self.ring_count + spheres + capsules
     }
 
     /// Rings and spheres, the first bodies: those that need no carrier or field of `contact::shapes`.
     pub(crate) fn round_count(&self) -> usize {
         self.ring_count + self.other_counts[0]
+    }
+
+    /// The surface of a polynomial body.
+    pub(crate) fn solid(&self, number: u32) -> &Solid {
+        &self.surfaces[number as usize]
     }
 
     /// The fixed half-spaces; in pairs they are numbered after the bodies.
@@ -316,6 +319,41 @@ impl Model {
         &self.method
     }
 
+    /// The contact law.
+    pub fn contact_law(&self) -> ContactLaw {
+        self.method.contact_law
+    }
+
+    /// How the law `surface-integral` takes its integral.
+    pub(crate) fn surface(&self) -> &SurfaceIntegral {
+        &self.method.surface
+    }
+
+    /// The random numbers of a step, if the contact law draws some.
+    pub(crate) fn random_of_step(&self, step: u64) -> Option<random::Stream> {
+        let draws = self.contact_law() == ContactLaw::SurfaceIntegral
+            && self.surface().sampler != SurfaceSampler::Quadrature;
+        draws.then(|| random::Stream::new(self.seed, step, PURPOSE))
+    }
+
+    /// The law of the normal force of a contact whose first body is this one.
+    #[inline]
+    pub(crate) fn normal_law<'a>(&self, material: &'a PairMaterial, a: u32) -> &'a NormalLaw {
+        match self.contact_law() {
+            // Rings, and capsules and boxes.
+            ContactLaw::CentrelineArc
+                if (a as usize) < self.ring_count || (a as usize) >= self.round_count() =>
+            {
+                &material.line
+            }
+            ContactLaw::CentrelineArc | ContactLaw::CentrelineMinima => &material.point,
+            ContactLaw::SurfaceIntegral => match self.surface().average {
+                SurfaceAverage::Area => &material.surface,
+                SurfaceAverage::AllSamples => &material.point,
+            },
+        }
+    }
+
     /// The name of a body or plane by its number in pairs.
     pub fn body_name(&self, number: u32) -> BodyName {
         let mut rest = number as usize;
@@ -323,7 +361,7 @@ impl Model {
             return BodyName::Ring(rest);
         }
         rest -= self.ring_count;
-        let names = [BodyName::Sphere, BodyName::Capsule, BodyName::Box];
+        let names = [BodyName::Sphere, BodyName::Capsule, BodyName::Box, BodyName::Polynomial];
         for (count, name) in self.other_counts.into_iter().zip(names) {
             if rest < count {
                 return name(rest);

@@ -1,13 +1,18 @@
 //! The narrow phase, one pair at a time: which law and which function of `contact` a pair of shapes takes.
 
 use crate::Model;
+use crate::body::Body;
 use crate::contact::friction::Slip;
 use crate::contact::material::PairMaterial;
+use crate::contact::minima;
 use crate::contact::shapes::pairs::{self, Placed};
+use crate::contact::surface::{Surfaces, Workspace};
 use crate::contact::{Pair, PairForce, ring_plane, ring_ring, ring_sphere, sphere_plane, sphere_sphere};
 use crate::forces::{Moment, SlipMotion};
 use crate::wrench::{Velocity, relative_velocity};
-use geometry::Vec3;
+use geometry::patch::Solid;
+use geometry::{Circle, Vec3};
+use schemas::scene::ContactLaw;
 use schemas::state::ContactState;
 
 /// What every pair reads.
@@ -27,12 +32,13 @@ impl Narrow<'_> {
         &self,
         a: u32,
         b: u32,
+        workspace: &mut Workspace,
         forces: &mut Vec<PairForce>,
     ) {
         if (b as usize) < self.model.body_count() {
-            self.two_bodies::<DAMPED, FRICTION>(a, b, forces);
+            self.two_bodies::<DAMPED, FRICTION>(a, b, workspace, forces);
         } else {
-            self.body_and_plane::<DAMPED, FRICTION>(a, b, forces);
+            self.body_and_plane::<DAMPED, FRICTION>(a, b, workspace, forces);
         }
     }
 
@@ -41,6 +47,7 @@ impl Narrow<'_> {
         &self,
         a: u32,
         b: u32,
+        workspace: &mut Workspace,
         forces: &mut Vec<PairForce>,
     ) {
         let (body_a, body_b) = (&self.model.bodies()[a as usize], &self.model.bodies()[b as usize]);
@@ -48,7 +55,7 @@ impl Narrow<'_> {
         let from_b = circle_a.centre - circle_b.centre;
         let material = self.model.pair_material(a, b);
         let (rings, round) = (self.model.ring_count() as u32, self.model.round_count() as u32);
-        let law = if a < rings || a >= round { material.line } else { material.point };
+        let law = *self.model.normal_law(material, a);
         let relative = if DAMPED || FRICTION {
             self.relative(&self.moment.velocities, a, Some(b), &from_b)
         } else {
@@ -65,8 +72,26 @@ impl Narrow<'_> {
             implicit: self.half_step * (body_a.mobility + body_b.mobility),
         };
         let slip = self.slip_of::<FRICTION>(material, &pair, Some(b));
+        match self.model.contact_law() {
+            ContactLaw::CentrelineArc => {}
+            ContactLaw::CentrelineMinima if b < rings => {
+                let radius = body_b.minor_radius;
+                return minima::ring_ring::<DAMPED, FRICTION>(&pair, circle_b, radius, &slip, forces);
+            }
+            ContactLaw::CentrelineMinima if a < rings => {
+                let (centre, radius) = (&circle_b.centre, body_b.minor_radius);
+                return minima::ring_sphere::<DAMPED, FRICTION>(&pair, centre, radius, &slip, forces);
+            }
+            // Two spheres have one contact point under either law of the centrelines.
+            ContactLaw::CentrelineMinima => {}
+            ContactLaw::SurfaceIntegral => {
+                let solid_a = solid(body_a, circle_a, Vec3::zeros());
+                let surfaces = self.surfaces(solid_a, solid(body_b, circle_b, -from_b));
+                return surfaces.collide::<DAMPED, FRICTION>(&pair, &slip, workspace, forces);
+            }
+        }
         if b >= round {
-            let placed = |body, frame| Placed { body, frame };
+            let placed = |body, frame| Placed { model: self.model, body, frame };
             let back = Pair {
                 a: circle_b,
                 a_minor_radius: body_b.minor_radius,
@@ -90,6 +115,7 @@ impl Narrow<'_> {
         &self,
         a: u32,
         b: u32,
+        workspace: &mut Workspace,
         forces: &mut Vec<PairForce>,
     ) {
         let body = &self.model.bodies()[a as usize];
@@ -98,7 +124,7 @@ impl Narrow<'_> {
         let material = self.model.pair_material(a, b);
         let is_ring = (a as usize) < self.model.ring_count();
         let is_solid = a as usize >= self.model.round_count();
-        let law = if is_ring || is_solid { material.line } else { material.point };
+        let law = *self.model.normal_law(material, a);
         let from_b = Vec3::zeros();
         let relative = self.relative(&self.moment.velocities, a, None, &from_b);
         let pair = Pair {
@@ -112,14 +138,31 @@ impl Narrow<'_> {
             implicit: self.half_step * body.mobility,
         };
         let slip = self.slip_of::<FRICTION>(material, &pair, None);
+        match self.model.contact_law() {
+            ContactLaw::CentrelineMinima if is_ring => {
+                return minima::ring_plane::<DAMPED, FRICTION>(&pair, plane, &slip, forces);
+            }
+            ContactLaw::CentrelineArc | ContactLaw::CentrelineMinima => {}
+            ContactLaw::SurfaceIntegral => {
+                let offset = plane.offset - plane.normal.dot(&circle.centre);
+                let solid_b = Solid::Plane { normal: plane.normal, offset };
+                let surfaces = self.surfaces(solid(body, circle, Vec3::zeros()), solid_b);
+                return surfaces.collide::<DAMPED, FRICTION>(&pair, &slip, workspace, forces);
+            }
+        }
         if is_solid {
-            let placed = Placed { body, frame: circle };
+            let placed = Placed { model: self.model, body, frame: circle };
             pairs::on_plane::<DAMPED, FRICTION>(&pair, placed, plane, material.point, &slip, forces);
         } else if is_ring {
             ring_plane::<DAMPED, FRICTION>(&pair, plane, &slip, forces);
         } else {
             sphere_plane::<DAMPED, FRICTION>(&pair, plane, &slip, forces);
         }
+    }
+
+    /// The law `surface-integral` between two bodies, seen from the first one's centre.
+    fn surfaces(&self, a: Solid, b: Solid) -> Surfaces<'_> {
+        Surfaces { settings: self.model.surface(), a, b, random: self.moment.random.as_ref() }
     }
 
     /// Velocity of A relative to B; a plane is at rest.
@@ -154,5 +197,14 @@ impl Narrow<'_> {
             since: (self.relative(since.0, a, moving_b, &pair.from_b), since.1),
             kept: (self.relative(kept.0, a, moving_b, &pair.from_b), kept.1),
         }
+    }
+}
+
+/// A ring or sphere as its inside, at a place.
+fn solid(body: &Body, circle: &Circle, centre: Vec3) -> Solid {
+    if body.major_radius > 0.0 {
+        Solid::Ring { circle: Circle { centre, ..*circle }, minor_radius: body.minor_radius }
+    } else {
+        Solid::Sphere { centre, radius: body.minor_radius }
     }
 }

@@ -4,7 +4,7 @@ use crate::Model;
 use crate::body::Body;
 use crate::broad::{self, Method};
 use schemas::plan::Plan;
-use schemas::scene::{Integrator, Scene};
+use schemas::scene::{ContactLaw, Integrator, Scene};
 
 /// What the plan took in, as the code asks for it: outside the inner loops, where each combination picks
 /// its own compiled variant.
@@ -64,7 +64,11 @@ pub(crate) fn make(scene: &Scene, model: &Model, everything: bool) -> (Features,
         choose(part, needed, if needed { counts.clone() } else { missing.join(", ") });
     }
 
-    let solids = [("capsule", "capsules", scene.capsules.len()), ("box", "boxes", scene.boxes.len())];
+    let solids = [
+        ("capsule", "capsules", scene.capsules.len()),
+        ("box", "boxes", scene.boxes.len()),
+        ("polynomial", "polynomials", scene.polynomials.len()),
+    ];
     let any_free = free(0..model.body_count()) > 0;
     for (one, many, count) in solids {
         let needed = count > 0 && any_free;
@@ -117,6 +121,17 @@ pub(crate) fn make(scene: &Scene, model: &Model, everything: bool) -> (Features,
         asymmetric > 0,
         format!("{asymmetric} of {} bodies are no symmetric tops", model.body_count()),
     );
+    for law in [ContactLaw::CentrelineArc, ContactLaw::CentrelineMinima, ContactLaw::SurfaceIntegral] {
+        let needed = contact && law == model.contact_law();
+        let mut reason = format!("method.contact_law is {}", model.contact_law().name());
+        if needed && law == ContactLaw::SurfaceIntegral {
+            let surface = model.surface();
+            let (sampler, average) =
+                (word(serde_json::to_value(surface.sampler)), word(serde_json::to_value(surface.average)));
+            reason = format!("{reason}, sampler {sampler}, average {average}, {} samples", surface.samples);
+        }
+        plan.push(&format!("law/{}", law.name()), needed, reason);
+    }
     plan.push("audit/links", free_rings > 0 && rings > 1, counts.clone());
     plan.push("audit/gap", contact, counts);
     (Features { gravity, drag, quadratic_drag, damping, friction }, plan)
@@ -134,4 +149,9 @@ fn broad_phase(scene: &Scene, model: &Model, plan: &mut Plan) {
     ] {
         plan.push(part, method == chosen && count > 1, reason.clone());
     }
+}
+
+/// A choice as the scene writes it.
+fn word(choice: serde_json::Result<serde_json::Value>) -> String {
+    choice.ok().and_then(|value| value.as_str().map(str::to_owned)).unwrap_or_default()
 }

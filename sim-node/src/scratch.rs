@@ -49,7 +49,11 @@ impl Scratch {
         let verlet = model.integrator() == Integrator::Verlet;
         Scratch {
             evaluation: Evaluation::new(model),
-            moment: Moment { circles: vec![circle; count], velocities: vec![Velocity::ZERO; count] },
+            moment: Moment {
+                circles: vec![circle; count],
+                velocities: vec![Velocity::ZERO; count],
+                random: None,
+            },
             drive_work_j: 0.0,
             evaluation_age_s: 0.0,
             verlet: if verlet { VerletScratch::new(model) } else { VerletScratch::default() },

@@ -10,6 +10,9 @@
 //! touches all round: `l = 2 pi R`. Damping: `C = c l + z k l d`, the latter a little too much for an arc.
 //! Friction adds its spring, and damping in proportion.
 //!
+//! Under `centreline-minima` each contact has its point stiffness. Under `surface-integral` the stiffness is the
+//! surface's times the area of the patch, `2 pi d / kappa` with the bendings of both wires, which grows with `d`.
+//!
 //! # From contacts to the fastest mode
 //! A contact acts on body `i` through its centre and a lever of at most `R`, so it moves it by at most
 //! `w_i = 1/m + R^2/I1` per unit of impulse. For all contacts together, by Cauchy's inequality for each
@@ -26,6 +29,8 @@
 //! # Limits
 //! An estimate, on the safe side for linked sheets (in hanging sheets blow-ups were seen from about twice
 //! the stiffness that it allows), but not a proof: wires that lie along each other have longer arcs.
+
+mod extent;
 
 use crate::body::Shape;
 use crate::contact::material::{NormalLaw, PairMaterial};
@@ -64,7 +69,7 @@ impl Stiffness {
 struct Contact<'a> {
     law: &'a NormalLaw,
     material: &'a PairMaterial,
-    /// Length of the contact arc (m); 1 for a point.
+    /// Length of the contact arc (m); 1 for a point; area of the patch under `surface-integral` (m^2).
     length: f64,
     /// Penetration for which it is stated (m).
     penetration: f64,
@@ -189,6 +194,7 @@ fn contacts(model: &Model) -> Vec<Stiffness> {
 
 /// Two rings with crossed wires.
 fn crossing(model: &Model, a: u32, b: u32) -> Contact<'_> {
+    let first = a;
     let material = model.pair_material(a, b);
     let (a, b) = (&model.bodies()[a as usize], &model.bodies()[b as usize]);
     let reach = a.minor_radius + b.minor_radius;
@@ -198,10 +204,11 @@ fn crossing(model: &Model, a: u32, b: u32) -> Contact<'_> {
     let crossed = 2.0 * (2.0 * penetration / curvature).sqrt();
     // Wires nearly as thick as their ring bend around each other all the way.
     let length = if curvature > 0.0 && crossed < whole { crossed } else { whole };
+    let area = extent::crossed_area(a, b, penetration);
     Contact {
-        law: &material.line,
+        law: model.normal_law(material, first),
         material,
-        length,
+        length: extent::of(model, length, area, a),
         penetration,
         normal_mobility: a.mobility_at(a.major_radius) + b.mobility_at(b.major_radius),
         tangent_mobility: a.mobility_at(a.bounding_radius) + b.mobility_at(b.bounding_radius),
@@ -226,10 +233,12 @@ fn obstacle(model: &Model, index: usize, other: usize) -> Contact<'_> {
     // A sphere by Hertz's law: its slope at that depth, as so many of the point law's springs.
     let hertz = 2.0 * material.sphere_modulus * (body.minor_radius * penetration).sqrt();
     let point = if hertz > 0.0 { hertz / material.point.stiffness } else { 1.0 };
+    let length = if ring { 2.0 * PI * body.major_radius } else { point };
+    let area = extent::resting_area(body, penetration);
     Contact {
-        law: if ring { &material.line } else { &material.point },
+        law: model.normal_law(material, low as u32),
         material,
-        length: if ring { 2.0 * PI * body.major_radius } else { point },
+        length: extent::of(model, length, area, body),
         penetration,
         normal_mobility: body.inverse_mass + other_normal,
         tangent_mobility: body.mobility_at(body.bounding_radius) + other_tangent,

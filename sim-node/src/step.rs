@@ -83,6 +83,7 @@ pub enum Stop {
 pub fn step(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(), Stop> {
     assert_eq!(state.bodies.len(), model.body_count(), "bodies of the state and of the model");
     assert_eq!(scratch.moment.circles.len(), model.body_count(), "bodies of the scratch and of the model");
+    scratch.moment.random = model.random_of_step(state.step);
     scratch.drive_work_j = 0.0;
     let finite = match model.integrator() {
         Integrator::Verlet => advance_verlet(model, state, scratch),
@@ -125,6 +126,7 @@ pub fn evaluate(model: &Model, state: &State, scratch: &mut Scratch) {
             Circle::from_pose(motion.position, &motion.orientation, body.major_radius);
         scratch.moment.velocities[index] = Velocity { linear: motion.linear, angular: motion.angular };
     }
+    scratch.moment.random = model.random_of_step(state.step);
     let velocities = scratch.moment.velocities.as_slice();
     let slip = SlipMotion { since: (velocities, 0.0), kept: (velocities, 0.0) };
     let pool = scratch.pool.as_ref();

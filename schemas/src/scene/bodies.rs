@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 ///
 /// Along a contact arc the force per unit length is `max(0, k d (1 + z d') + c d')` with the penetration `d`,
 /// its rate `d'`, the line stiffness `k` and the two dampings `z` (Hunt-Crossley) and `c` (Kelvin-Voigt);
-/// at a contact point (sphere against sphere or plane) it is the same with the point stiffness and damping.
+/// at a contact point (sphere against sphere or plane, and everywhere under the law `centreline-minima`) it is the same
+/// with the point stiffness and damping, and under the law `surface-integral` per area with those of the surface.
 /// It never pulls. The integrator `rk4` takes the rate as it is; `verlet` takes damping implicitly, with the
 /// rate `d' / (1 + h/2 w L C)`: time step `h`, both bodies' mobility `w`, length `L` of the arc (1 at a
 /// point) and `C = k d z + c`. So no damping is too strong for a step, and strong damping is felt less than
@@ -31,6 +32,13 @@ pub struct Material {
     /// Stiffness of contact points, in newtons per metre.
     #[serde(default = "Material::default_point_stiffness")]
     pub point_stiffness_n_per_m: f64,
+    /// Stiffness of a surface per area inside another body, in newtons per cubic metre: for the contact law
+    /// `surface-integral`.
+    #[serde(
+        default = "Material::default_surface_stiffness",
+        skip_serializing_if = "Material::is_default_surface"
+    )]
+    pub surface_stiffness_n_per_m3: f64,
     /// Hunt-Crossley damping `z`, in seconds per metre: damping that grows with penetration.
     /// `verlet` takes it implicitly: see above.
     #[serde(default)]
@@ -42,6 +50,10 @@ pub struct Material {
     /// Kelvin-Voigt damping `c` of contact points, in newton seconds per metre; implicit likewise.
     #[serde(default)]
     pub point_damping_n_s_per_m: f64,
+    /// Kelvin-Voigt damping `c` per area inside another body, in newton seconds per cubic metre: for the contact law
+    /// `surface-integral`; implicit likewise.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub surface_damping_n_s_per_m3: f64,
     /// Instead of damping constants: an impact at `restitution_speed_m_per_s` leaves this share of the speed.
     /// Resolves to the Hunt-Crossley damping that does it, whatever the masses, stiffness and shapes are.
     /// Slower impacts keep more, as metals do.
@@ -76,6 +88,14 @@ impl Material {
 
     fn default_point_stiffness() -> f64 {
         1e4
+    }
+
+    fn default_surface_stiffness() -> f64 {
+        1e6
+    }
+
+    fn is_default_surface(value: &f64) -> bool {
+        *value == Material::default_surface_stiffness()
     }
 
     fn default_friction_stiffness() -> f64 {
@@ -177,7 +197,8 @@ pub struct Plane {
 
 impl Scene {
     /// The moving bodies of a resolved scene at step 0, in the order of a state: rings, spheres, capsules,
-    /// boxes. Pinned bodies are at rest.
+    /// boxes, polynomials. Pinned bodies are at rest. A polynomial's pose is that of its formula's frame: a state has
+    /// that of its centre of mass and principal axes, which the simulator finds.
     pub fn initial_bodies(&self) -> Vec<BodyState> {
         let moving = |pinned: bool, velocity: [f64; 3]| if pinned { [0.0; 3] } else { velocity };
         let rings = self.rings.iter().map(|ring| BodyState {
@@ -194,6 +215,10 @@ impl Scene {
         });
         rings.chain(spheres).chain(self.initial_solids()).collect()
     }
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 fn identity() -> [f64; 4] {

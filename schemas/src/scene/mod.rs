@@ -11,13 +11,15 @@ mod motion;
 mod parse;
 pub mod render;
 mod solids;
+mod surface;
 mod validate;
 mod weave;
 
 pub use bodies::{Drag, Material, Plane, Ring, Sphere};
 pub use error::SceneError;
 pub use motion::{Interpolation, Keyframe, Motion, Shake};
-pub use solids::{Capsule, Cuboid};
+pub use solids::{Capsule, Cuboid, Polynomial};
+pub use surface::{SurfaceAverage, SurfaceIntegral, SurfaceSampler};
 pub use weave::{Grip, Pattern, Weave};
 
 use crate::plan::Plan;
@@ -62,6 +64,9 @@ pub struct Scene {
     /// Solid boxes.
     #[serde(default, rename = "box", skip_serializing_if = "Vec::is_empty")]
     pub boxes: Vec<Cuboid>,
+    /// Solid bodies bounded by a polynomial.
+    #[serde(default, rename = "polynomial", skip_serializing_if = "Vec::is_empty")]
+    pub polynomials: Vec<Polynomial>,
     /// Fixed half-spaces.
     #[serde(default, rename = "plane")]
     pub planes: Vec<Plane>,
@@ -89,7 +94,11 @@ pub struct Time {
 impl Scene {
     /// Moving bodies: what a state has one entry for.
     pub fn body_count(&self) -> usize {
-        self.rings.len() + self.spheres.len() + self.capsules.len() + self.boxes.len()
+        self.rings.len()
+            + self.spheres.len()
+            + self.capsules.len()
+            + self.boxes.len()
+            + self.polynomials.len()
     }
 
     /// The name of a moving body by its number in a state, as a person counts them: `ring 3`, `sphere 0`, `box 1`.
@@ -99,6 +108,7 @@ impl Scene {
             ("sphere", self.spheres.len()),
             ("capsule", self.capsules.len()),
             ("box", self.boxes.len()),
+            ("polynomial", self.polynomials.len()),
         ];
         let mut rest = index;
         for (name, count) in counts {
@@ -170,8 +180,11 @@ pub struct Method {
     /// second of the surface.
     #[serde(skip_serializing_if = "Method::is_default_absolute_tolerance")]
     pub absolute_tolerance: f64,
-    /// The law of contact between centrelines.
+    /// The law of contact.
     pub contact_law: ContactLaw,
+    /// How the law `surface-integral` takes its integral.
+    #[serde(skip_serializing_if = "SurfaceIntegral::is_default")]
+    pub surface: SurfaceIntegral,
     /// How pairs of bodies that are near each other are found. No bit of a state depends on it.
     #[serde(skip_serializing_if = "BroadPhase::is_auto")]
     pub broad_phase: BroadPhase,
@@ -184,6 +197,7 @@ impl Default for Method {
             tolerance: 1e-6,
             absolute_tolerance: 1e-9,
             contact_law: ContactLaw::default(),
+            surface: SurfaceIntegral::default(),
             broad_phase: BroadPhase::default(),
         }
     }
@@ -259,6 +273,21 @@ pub enum ContactLaw {
     /// Potential along the certified contact arcs of one centreline inside the other body.
     #[default]
     CentrelineArc,
+    /// A spring at each local minimum of the distance between a centreline and the other body.
+    CentrelineMinima,
+    /// Integral of the depth over the part of each surface that is inside the other body.
+    SurfaceIntegral,
+}
+
+impl ContactLaw {
+    /// The law as a scene writes it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            ContactLaw::CentrelineArc => "centreline-arc",
+            ContactLaw::CentrelineMinima => "centreline-minima",
+            ContactLaw::SurfaceIntegral => "surface-integral",
+        }
+    }
 }
 
 /// Forces that act on every body.

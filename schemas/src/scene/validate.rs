@@ -70,11 +70,17 @@ impl Scene {
             let key = |field: &str| format!("material.{name}.{field}");
             material.validate(&key)?;
             positive(&key("point_stiffness_n_per_m"), material.point_stiffness_n_per_m)?;
+            positive(&key("surface_stiffness_n_per_m3"), material.surface_stiffness_n_per_m3)?;
             positive(&key("friction_stiffness_n_per_m"), material.friction_stiffness_n_per_m)?;
             not_negative(&key("damping_s_per_m"), material.damping_s_per_m)?;
             not_negative(&key("line_damping_n_s_per_m2"), material.line_damping_n_s_per_m2)?;
             not_negative(&key("point_damping_n_s_per_m"), material.point_damping_n_s_per_m)?;
+            not_negative(&key("surface_damping_n_s_per_m3"), material.surface_damping_n_s_per_m3)?;
             not_negative(&key("friction_coefficient"), material.friction_coefficient)?;
+        }
+        if self.method.surface.samples == 0 || self.method.surface.samples > 1 << 24 {
+            let key = "method.surface.samples";
+            return Err(refuse(key, self.method.surface.samples, "from 1 to 16777216 samples"));
         }
         for (name, motion) in &self.motions {
             motion.validate(&|field: &str| format!("motion.{name}.{field}"))?;

@@ -5,11 +5,11 @@ use schemas::scene::Material;
 /// The law of one contact: `max(0, k d (1 + z d') + c d')` with the penetration `d` and its rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct NormalLaw {
-    /// Stiffness `k`: N/m^2 along an arc, N/m at a point.
+    /// Stiffness `k`: N/m^2 along an arc, N/m at a point, N/m^3 on a surface.
     pub stiffness: f64,
     /// Hunt-Crossley damping `z` (s/m).
     pub rate_damping: f64,
-    /// Kelvin-Voigt damping `c`: N s/m^2 along an arc, N s/m at a point.
+    /// Kelvin-Voigt damping `c`: N s/m^2 along an arc, N s/m at a point, N s/m^3 on a surface.
     pub viscous_damping: f64,
 }
 
@@ -51,6 +51,8 @@ pub(crate) struct PairMaterial {
     pub line: NormalLaw,
     /// At contact points.
     pub point: NormalLaw,
+    /// On surfaces.
+    pub surface: NormalLaw,
     /// Hertz's effective modulus of sphere against sphere or plane (Pa); 0 where the point law holds.
     pub sphere_modulus: f64,
     /// Coulomb's coefficient.
@@ -75,6 +77,11 @@ impl PairMaterial {
                 rate_damping: damping,
                 viscous_damping: 0.5 * (a.point_damping_n_s_per_m + b.point_damping_n_s_per_m),
             },
+            surface: NormalLaw {
+                stiffness: harmonic_mean(a.surface_stiffness_n_per_m3, b.surface_stiffness_n_per_m3),
+                rate_damping: damping,
+                viscous_damping: 0.5 * (a.surface_damping_n_s_per_m3 + b.surface_damping_n_s_per_m3),
+            },
             sphere_modulus: match (a.contact_modulus_pa, b.contact_modulus_pa) {
                 (Some(a), Some(b)) => harmonic_mean(a, b),
                 _ => 0.0,
@@ -86,7 +93,7 @@ impl PairMaterial {
 
     /// Whether any contact of this pair is damped.
     pub(crate) fn damped(&self) -> bool {
-        self.line.damped() || self.point.damped()
+        self.line.damped() || self.point.damped() || self.surface.damped()
     }
 }
 

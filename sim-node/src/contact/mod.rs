@@ -30,7 +30,9 @@
 pub(crate) mod friction;
 pub(crate) mod kernel;
 pub(crate) mod material;
+pub(crate) mod minima;
 pub(crate) mod shapes;
+pub(crate) mod surface;
 
 use crate::model::HalfSpace;
 use crate::wrench::{Velocity, Wrench};
@@ -324,16 +326,20 @@ pub(crate) fn ring_ring<const DAMPED: bool, const FRICTION: bool>(
     if arcs.is_empty() {
         return;
     }
-    along_arcs::<DAMPED, FRICTION>(pair, &arcs, reach, slip, forces, |lever| {
-        let d = pair.from_b + lever;
-        let height = d.dot(&b.normal);
-        let across = d - b.normal * height;
-        let rho = across.norm_squared().sqrt();
-        if !(rho > 0.0) {
-            return unit_or(b.normal * height - b.u * b.radius, &b.normal);
-        }
-        unit_or(d - across * (b.radius / rho), &b.normal)
-    });
+    along_arcs::<DAMPED, FRICTION>(pair, &arcs, reach, slip, forces, |lever| from_circle(pair, b, lever));
+}
+
+/// The direction to a point of A, given by its lever, from its closest point on circle B, and their distance.
+#[inline]
+fn from_circle(pair: &Pair, b: &Circle, lever: &Vec3) -> (Vec3, f64) {
+    let d = pair.from_b + lever;
+    let height = d.dot(&b.normal);
+    let across = d - b.normal * height;
+    let rho = across.norm_squared().sqrt();
+    if !(rho > 0.0) {
+        return unit_or(b.normal * height - b.u * b.radius, &b.normal);
+    }
+    unit_or(d - across * (b.radius / rho), &b.normal)
 }
 
 /// Ring against sphere: the arc of the ring's centreline that is near the sphere.

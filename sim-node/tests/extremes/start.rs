@@ -9,7 +9,13 @@ fn pair(integrator: &str, stiffness: f64) -> String {
     head(1e-9, integrator, stiffness, "damping_s_per_m = 0.1\n friction_coefficient = 0.2")
         + "[forces]\n gravity_m_per_s2 = [0.0, -9.81, 0.0]\n linear_drag_kg_per_s = 0.1\n \
            angular_drag_kg_m2_per_s = 0.1\n"
-        + &ring([1.0, 0.18], 1.0, [0.0; 3], &format!("{ACROSS}\n pinned = true"))
+        + "[motion.shaker]\n keyframe = [{ time_s = 0.5, translation_m = [0.0, 0.1, 0.0], angle_rad = 0.2 }]\n \
+           shake = { translation_m = [0.02, 0.0, 0.0], frequency_hz = 3.0, ramp_s = 0.25 }\n"
+        + &ring([1.0, 0.18], 1.0, [0.0; 3], &format!("{ACROSS}\n motion = \"shaker\""))
+        + "[[capsule]]\n radius_m = 0.25\n half_length_m = 0.5\n mass_kg = 1.0\n material = \"wire\"\n \
+           position_m = [3.0, 0.0, 0.0]\n\
+           [[box]]\n half_extents_m = [0.25, 0.375, 0.5]\n edge_radius_m = 0.0625\n mass_kg = 1.0\n \
+           material = \"wire\"\n position_m = [-3.0, 0.0, 0.0]\n"
         + &ring([1.0, 0.18], 1.0, [0.1, -1.5, 0.05], "")
         + "[[sphere]]\n radius_m = 0.5\n mass_kg = 1.0\n material = \"wire\"\n position_m = [0.3, -3.2, 1.2]\n\
            [[plane]]\n normal = [0.0, 1.0, 0.0]\n offset_m = -9.0\n material = \"wire\"\n"

@@ -1,0 +1,134 @@
+//! The part of one body's surface that lies inside another body, as points for numerical integration.
+//!
+//! The integrals wanted are of `d n dA` and the like: depth `d` inside the other body, the direction `n` in which
+//! that body pushes, and the area `dA`. Three ways to place the points:
+//!
+//! - [`polar`]: about the deepest point, out to the patch's edge on each of a few rays. For patches that are
+//!   star-shaped about it, exponentially accurate; it says so when a patch is not.
+//! - [`slices`]: cross-sections of the wire, each cut exactly by root isolation. For any patch: annular (a ring lying
+//!   flat, coaxial rings), with two deepest points, or deep.
+//! - [`cap`]: sphere against sphere or plane.
+//!
+//! Or at points of the whole surface that are given as pairs of numbers in the unit square ([`chart`]), for sampling.
+
+pub mod cap;
+pub mod chart;
+pub mod pair;
+pub mod polar;
+pub mod slices;
+
+mod solid;
+
+pub use solid::Solid;
+
+use crate::Vec3;
+
+/// Points in a [`Block`].
+pub const WIDTH: usize = 8;
+
+/// One number for each point of a block.
+pub type Lane = [f64; WIDTH];
+
+/// Eight points of a surface inside a body, one array for each quantity.
+#[derive(Debug, Clone, Copy)]
+pub struct Block {
+    /// The points (m).
+    pub point: [Lane; 3],
+    /// Outward unit normals of the body that the points are in: it pushes them that way.
+    pub normal: [Lane; 3],
+    /// Depths of the points below the surface of that body (m).
+    pub depth: Lane,
+    /// Area that each point stands for (m^2); 0 in an unused place.
+    pub area: Lane,
+}
+
+impl Block {
+    /// No point.
+    pub const EMPTY: Block = Block {
+        point: [[0.0; WIDTH]; 3],
+        normal: [[0.0; WIDTH]; 3],
+        depth: [0.0; WIDTH],
+        area: [0.0; WIDTH],
+    };
+
+    /// One of the points: place, normal, depth, area.
+    #[inline]
+    pub fn at(&self, lane: usize) -> (Vec3, Vec3, f64, f64) {
+        let vector = |v: &[Lane; 3]| Vec3::new(v[0][lane], v[1][lane], v[2][lane]);
+        (vector(&self.point), vector(&self.normal), self.depth[lane], self.area[lane])
+    }
+}
+
+/// A growing list of points, kept between uses so that it need not be allocated again.
+#[derive(Debug, Clone, Default)]
+pub struct Nodes {
+    blocks: Vec<Block>,
+    /// Places of the last block that are taken; `WIDTH` if there is none.
+    taken: usize,
+    deepest: f64,
+}
+
+impl Nodes {
+    /// Forgets all points.
+    pub fn clear(&mut self) {
+        self.blocks.clear();
+        self.taken = WIDTH;
+        self.deepest = 0.0;
+    }
+
+    /// The points, in the order in which they were added; unused places have no area.
+    pub fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    /// The largest depth that was noted (m); 0 if none was.
+    pub fn deepest(&self) -> f64 {
+        self.deepest
+    }
+
+    /// Notes a depth: that of a patch's deepest point, where none of the points is.
+    #[inline]
+    pub fn note_depth(&mut self, depth: f64) {
+        if depth > self.deepest {
+            self.deepest = depth;
+        }
+    }
+
+    /// Forgets the blocks after the first `count`.
+    pub fn truncate(&mut self, count: usize) {
+        self.blocks.truncate(count);
+        self.taken = WIDTH;
+    }
+
+    /// The blocks from `first` on, to be changed.
+    pub fn blocks_from(&mut self, first: usize) -> &mut [Block] {
+        self.taken = WIDTH;
+        &mut self.blocks[first..]
+    }
+
+    /// Adds a full block.
+    #[inline]
+    pub fn push_block(&mut self, block: Block) {
+        self.blocks.push(block);
+        self.taken = WIDTH;
+    }
+
+    /// Adds one point.
+    #[inline]
+    pub fn push(&mut self, point: &Vec3, normal: &Vec3, depth: f64, area: f64) {
+        if self.taken == WIDTH || self.blocks.is_empty() {
+            self.blocks.push(Block::EMPTY);
+            self.taken = 0;
+        }
+        let Some(block) = self.blocks.last_mut() else { return };
+        let lane = self.taken;
+        for axis in 0..3 {
+            block.point[axis][lane] = point[axis];
+            block.normal[axis][lane] = normal[axis];
+        }
+        block.depth[lane] = depth;
+        block.area[lane] = area;
+        self.taken += 1;
+        self.note_depth(depth);
+    }
+}
