@@ -235,6 +235,15 @@ impl Body {
             + 0.5 * self.inertia_axial_kg_m2 * about * about
     }
 
+    /// Makes the constants of drag for another time step (s).
+    pub(crate) fn take_time_step(&mut self, time_step: f64) {
+        let [linear, transverse, axial] =
+            [&self.linear_drag, &self.transverse_drag, &self.axial_drag].map(|decay| decay.drag);
+        self.linear_drag = Decay::new(linear, self.mass_kg, time_step);
+        self.transverse_drag = Decay::new(transverse, self.inertia_transverse_kg_m2, time_step);
+        self.axial_drag = Decay::new(axial, self.inertia_axial_kg_m2, time_step);
+    }
+
     fn new(
         shape: Shape,
         mass: f64,

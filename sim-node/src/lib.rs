@@ -11,6 +11,7 @@ mod body;
 pub mod broad;
 mod contact;
 mod drag;
+mod estimate;
 mod forces;
 mod integrator;
 mod model;
@@ -28,6 +29,7 @@ mod scratch;
 mod stability;
 mod state;
 mod step;
+mod subdivide;
 mod wrench;
 
 pub use body::{Body, Shape};

@@ -11,8 +11,8 @@ use geometry::polynomial::Solid;
 use geometry::{Circle, Vec3};
 use schemas::plan::Plan;
 use schemas::scene::{
-    self, ContactLaw, Forces, Integrator, Material, Scene, SurfaceAverage, SurfaceIntegral, SurfaceSampler,
-    Time,
+    self, ContactLaw, Forces, Integrator, Material, OnRisk, Scene, SurfaceAverage, SurfaceIntegral,
+    SurfaceSampler, Time,
 };
 use schemas::state::BodyState;
 use std::fmt;
@@ -40,6 +40,7 @@ pub struct Model {
     gravity: Vec3,
     time: Time,
     method: scene::Method,
+    error_estimate: bool,
     seed: u64,
     broad_phase: Method,
     grid_radius: f64,
@@ -130,18 +131,33 @@ impl Model {
         }
         let mut model = Model::lay_out(scene)?;
         model.check_law()?;
+        model.check_integrator()?;
         polynomials::refuse_pairs(&model)?;
-        let (features, plan) = plan::make(scene, &model, how.everything_on);
+        let (features, mut plan) = plan::make(scene, &model, how.everything_on);
         model.features = features;
         model.linked_pairs = overlap::check_and_find_links(&model)?;
         model.count_contacts();
         let stability::Bound { largest_s, cause } = stability::bound(scene, &model);
         model.largest_time_step_s = largest_s;
-        let time_step_s = scene.time.time_step_s;
-        if time_step_s > largest_s && !how.beyond_stability_bound {
+        if scene.time.automatic {
+            model = model.with_time_step(stability::automatic_step(&scene.time, largest_s));
+            model.time.automatic = false;
+        }
+        let time_step_s = model.time.time_step_s;
+        let in_parts = model.method.on_risk == OnRisk::Subdivide;
+        if time_step_s > largest_s && !how.beyond_stability_bound && !in_parts {
             return Err(ModelError::TimeStep { time_step_s, largest_s, cause });
         }
+        plan::time_step(scene, largest_s, &cause, time_step_s, &mut plan);
         Ok((model, plan))
+    }
+
+    /// The same model with another time step (s), whatever its stability bound.
+    pub(crate) fn with_time_step(&self, time_step_s: f64) -> Model {
+        let mut model = self.clone();
+        model.time.time_step_s = time_step_s;
+        model.bodies.iter_mut().for_each(|body| body.take_time_step(time_step_s));
+        model
     }
 
     /// Refuses shapes that the contact law has no answer for.
@@ -149,6 +165,25 @@ impl Model {
         let law = self.contact_law().name();
         if self.contact_law() != ContactLaw::CentrelineArc && self.round_count() < self.body_count() {
             return Err(ModelError::Law { law, body: self.body_name(self.round_count() as u32) });
+        }
+        Ok(())
+    }
+
+    /// Refuses what the implicit integrators have no Jacobian for.
+    fn check_integrator(&self) -> Result<(), ModelError> {
+        let integrator = self.integrator();
+        let refused = |what| Err(ModelError::Integrator { integrator: integrator.name(), what });
+        if !integrator.is_implicit() {
+            return Ok(());
+        }
+        if self.contact_law() != ContactLaw::CentrelineArc {
+            return refused("contact law but centreline-arc");
+        }
+        if self.round_count() < self.body_count() {
+            return refused("bodies but rings, spheres and planes");
+        }
+        if self.materials_that_meet().any(|pair| pair.friction_coefficient > 0.0) {
+            return refused("friction");
         }
         Ok(())
     }
@@ -222,6 +257,7 @@ impl Model {
             gravity: Vec3::from(gravity_m_per_s2),
             time: scene.time.clone(),
             method: scene.method.clone(),
+            error_estimate: scene.record.error_estimate,
             seed: scene.seed,
             broad_phase: broad::choose(scene.method.broad_phase, bodies.len()).0,
             grid_radius,
@@ -317,6 +353,11 @@ impl Model {
     /// The integrator with its settings, and the law of contact.
     pub fn method(&self) -> &scene::Method {
         &self.method
+    }
+
+    /// Whether records hold an estimate of a step's error.
+    pub fn estimates_error(&self) -> bool {
+        self.error_estimate
     }
 
     /// The contact law.

@@ -22,7 +22,7 @@ pub enum ModelError {
     /// The time step is too long for the stiffest contact, for drag or for spin.
     #[error(
         "time.time_step_s = {time_step_s:e}: expected at most {largest_s:e} s, the bound set by {cause}; \
-         take a smaller step or a softer material"
+         take a smaller step (or \"auto\"), a softer material, or method.on_risk = \"subdivide\""
     )]
     TimeStep {
         /// The step as given (s).
@@ -62,6 +62,16 @@ pub enum ModelError {
         law: &'static str,
         /// The first body that it cannot take.
         body: BodyName,
+    },
+    /// An integrator that has no answer for what the scene holds.
+    #[error(
+        "method.integrator = {integrator}: expected no {what}; take it out, or take verlet, rk4 or dopri5"
+    )]
+    Integrator {
+        /// The integrator, as the scene writes it.
+        integrator: &'static str,
+        /// What it cannot take.
+        what: &'static str,
     },
     /// More bodies than 32-bit numbers can name.
     #[error("{count} bodies: expected at most {largest}")]

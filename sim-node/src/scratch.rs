@@ -10,6 +10,7 @@ use geometry::lanes::Level;
 use geometry::{Circle, Vec3};
 use schemas::scene::Integrator;
 use schemas::state::ContactState;
+use std::collections::BTreeMap;
 
 /// Bodies below which threads are not worth their waking up.
 const PARALLEL_BODIES: usize = 1000;
@@ -28,6 +29,9 @@ pub struct Scratch {
     pub(crate) level: Level,
     /// Of the explicit Runge-Kutta methods.
     pub(crate) stages: Stages,
+    /// The model with a step halved so many times, where the step is subdivided, and the memory that goes
+    /// with the step.
+    pub(crate) parts: BTreeMap<usize, (Model, VerletScratch)>,
     pub(crate) pool: Option<rayon::ThreadPool>,
 }
 
@@ -42,11 +46,10 @@ impl Scratch {
         let circle =
             Circle { centre: Vec3::zeros(), u: Vec3::x(), w: Vec3::y(), normal: Vec3::z(), radius: 0.0 };
         let stages = match model.integrator() {
-            Integrator::Verlet => 0,
+            Integrator::Verlet | Integrator::BackwardEuler => 0,
             Integrator::Rk4 => rk4::TABLEAU.rows.len(),
             Integrator::Dopri5 => dopri5::TABLEAU.rows.len(),
         };
-        let verlet = model.integrator() == Integrator::Verlet;
         Scratch {
             evaluation: Evaluation::new(model),
             moment: Moment {
@@ -56,9 +59,10 @@ impl Scratch {
             },
             drive_work_j: 0.0,
             evaluation_age_s: 0.0,
-            verlet: if verlet { VerletScratch::new(model) } else { VerletScratch::default() },
+            verlet: VerletScratch::of(model),
             level: Level::new(),
             stages: Stages::new(if stages > 0 { count } else { 0 }, stages),
+            parts: BTreeMap::new(),
             pool: pool.flatten(),
         }
     }

@@ -66,3 +66,21 @@ impl Polynomial {
         sums
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Polynomial;
+
+    /// The volume of a torus (R = 2, r = 1) against `2 pi^2 R r^2`: second order in the lines' distance.
+    #[test]
+    fn the_volume_of_a_torus_converges_with_the_square_of_the_distance() {
+        let torus = Polynomial::parse("(x^2 + y^2 + z^2 + 3)^2 - 16*(x^2 + y^2)").expect("a formula");
+        let exact = 4.0 * core::f64::consts::PI * core::f64::consts::PI;
+        for lines in [32, 64, 128, 256] {
+            let off = (torus.moments(3.1, lines).volume / exact - 1.0).abs();
+            let allowed = 8.0 / (f64::from(lines) * f64::from(lines));
+            println!("{lines} lines: volume off {off:e}, allowed {allowed:e}");
+            assert!(off < allowed);
+        }
+    }
+}

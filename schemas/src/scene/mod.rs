@@ -12,6 +12,7 @@ mod parse;
 pub mod render;
 mod solids;
 mod surface;
+mod time;
 mod validate;
 mod weave;
 
@@ -20,6 +21,7 @@ pub use error::SceneError;
 pub use motion::{Interpolation, Keyframe, Motion, Shake};
 pub use solids::{Capsule, Cuboid, Polynomial};
 pub use surface::{SurfaceAverage, SurfaceIntegral, SurfaceSampler};
+pub use time::Time;
 pub use weave::{Grip, Pattern, Weave};
 
 use crate::plan::Plan;
@@ -78,19 +80,6 @@ pub struct Scene {
     pub render: Render,
 }
 
-/// Simulated time.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Time {
-    /// Simulated time of the whole run, in seconds.
-    pub duration_s: f64,
-    /// Simulated time of one step, in seconds.
-    pub time_step_s: f64,
-    /// Frames per second of simulated time, at most one a step; also the movie's rate.
-    #[serde(default = "Time::default_frames_per_second")]
-    pub frames_per_second: f64,
-}
-
 impl Scene {
     /// Moving bodies: what a state has one entry for.
     pub fn body_count(&self) -> usize {
@@ -127,45 +116,6 @@ impl Scene {
     }
 }
 
-impl Time {
-    fn default_frames_per_second() -> f64 {
-        24.0
-    }
-
-    /// Steps of the whole run: the duration over the time step, rounded to nearest.
-    pub fn step_count(&self) -> u64 {
-        nearest(self.duration_s / self.time_step_s)
-    }
-
-    /// Frames of the whole run: frame `k` is taken at time `k / frames_per_second`, while that lies before
-    /// the end. A run of no duration has one frame.
-    pub fn frame_count(&self) -> u64 {
-        let frames = libm::ceil(self.duration_s * self.frames_per_second - 1e-9) as u64;
-        if frames == 0 { 1 } else { frames }
-    }
-
-    /// The step at which a frame is taken: the one nearest to the frame's time.
-    pub fn frame_step(&self, frame: u64) -> u64 {
-        nearest(frame as f64 / (self.frames_per_second * self.time_step_s))
-    }
-
-    /// Whether a step is the run's last, or a frame is taken at it: the steps of the audits.
-    pub fn is_audited(&self, step: u64) -> bool {
-        step == self.step_count() || self.frame_at(step).is_some()
-    }
-
-    /// The frame that is taken at a step, if one is.
-    pub fn frame_at(&self, step: u64) -> Option<u64> {
-        let guess = libm::floor(step as f64 * self.time_step_s * self.frames_per_second) as u64;
-        (guess.saturating_sub(1)..=guess + 1)
-            .find(|&frame| self.frame_step(frame) == step && frame < self.frame_count())
-    }
-}
-
-fn nearest(value: f64) -> u64 {
-    libm::floor(value + 0.5) as u64
-}
-
 /// How the equations of motion are solved.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -180,6 +130,9 @@ pub struct Method {
     /// second of the surface.
     #[serde(skip_serializing_if = "Method::is_default_absolute_tolerance")]
     pub absolute_tolerance: f64,
+    /// What is done about a step in which a body could pass through another.
+    #[serde(skip_serializing_if = "OnRisk::is_stop")]
+    pub on_risk: OnRisk,
     /// The law of contact.
     pub contact_law: ContactLaw,
     /// How the law `surface-integral` takes its integral.
@@ -196,6 +149,7 @@ impl Default for Method {
             integrator: Integrator::default(),
             tolerance: 1e-6,
             absolute_tolerance: 1e-9,
+            on_risk: OnRisk::default(),
             contact_law: ContactLaw::default(),
             surface: SurfaceIntegral::default(),
             broad_phase: BroadPhase::default(),
@@ -213,6 +167,26 @@ impl Method {
     }
 }
 
+/// What is done about a step in which a body could pass through another, or which is beyond the method's
+/// stability bound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OnRisk {
+    /// A step beyond the bound is refused before the run; a broken link stops the run when it is noticed.
+    #[default]
+    Stop,
+    /// The step is made in `2^n` equal parts, as many as the state asks for; any step is accepted. `dopri5`
+    /// does so by itself.
+    Subdivide,
+}
+
+impl OnRisk {
+    /// Whether it is the default.
+    pub fn is_stop(&self) -> bool {
+        *self == OnRisk::Stop
+    }
+}
+
 /// An integrator of the equations of motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -226,11 +200,20 @@ pub enum Integrator {
     /// Dormand and Prince's method of order five with inner steps as long as `tolerance` allows: for a
     /// target accuracy. `time.time_step_s` is then only how far apart states are.
     Dopri5,
+    /// Backward Euler: first order, stable with any step and stiffness, takes energy from every motion. For
+    /// stiffness of 1e8 and beyond, what comes to rest, and previews. Without friction.
+    BackwardEuler,
 }
 
 impl Integrator {
     /// Every integrator.
-    pub const ALL: [Integrator; 3] = [Integrator::Verlet, Integrator::Rk4, Integrator::Dopri5];
+    pub const ALL: [Integrator; 4] =
+        [Integrator::Verlet, Integrator::Rk4, Integrator::Dopri5, Integrator::BackwardEuler];
+
+    /// Whether it solves equations for the end of its step, so that no stiffness bounds the step.
+    pub fn is_implicit(self) -> bool {
+        self == Integrator::BackwardEuler
+    }
 
     /// Its name in a scene.
     pub fn name(self) -> &'static str {
@@ -238,6 +221,7 @@ impl Integrator {
             Integrator::Verlet => "verlet",
             Integrator::Rk4 => "rk4",
             Integrator::Dopri5 => "dopri5",
+            Integrator::BackwardEuler => "backward-euler",
         }
     }
 }
@@ -317,6 +301,9 @@ impl Forces {
 pub struct Record {
     /// A full state every so many steps, at every frame and at the last step; a step record for every step, always.
     pub state_every: u64,
+    /// Whether the step record of each frame, and of the last step, holds an estimate of the error of a step.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub error_estimate: bool,
     /// Whether the step records tell what each pin and each prescribed motion has to bear.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub reactions: bool,
@@ -324,7 +311,7 @@ pub struct Record {
 
 impl Default for Record {
     fn default() -> Self {
-        Record { state_every: 1, reactions: false }
+        Record { state_every: 1, error_estimate: false, reactions: false }
     }
 }
 

@@ -30,6 +30,7 @@ use crate::{Model, Scratch, State, motion};
 use bytemuck::Zeroable;
 use geometry::Circle;
 use nalgebra::{Quaternion, UnitQuaternion};
+use schemas::scene::Integrator;
 use schemas::state::BodyState;
 
 /// Blocks in a chunk: what one thread takes at a time, and what sums are made over first.
@@ -46,7 +47,11 @@ pub(crate) struct VerletScratch {
 }
 
 impl VerletScratch {
-    pub(crate) fn new(model: &Model) -> VerletScratch {
+    /// The memory that a model's steps need: none with another integrator.
+    pub(crate) fn of(model: &Model) -> VerletScratch {
+        if model.integrator() != Integrator::Verlet {
+            return VerletScratch::default();
+        }
         let tops = &model.bodies()[..model.top_count()];
         VerletScratch {
             classes: Classes::new(tops, 0.5 * model.time().time_step_s),
