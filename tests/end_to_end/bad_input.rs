@@ -18,7 +18,19 @@ fn scenes_that_cannot_be_used() {
             &["run", "tiny.toml", "--set", "time.time_step_s=0.5", "--set", "time.frames_per_second=1"],
             &["time.time_step_s", "5e-1", "at most", "contacts of ring 1"],
         ),
-        (&["run", "tiny.toml", "--set", "weave.0.minor_radius_m=0.3"], &["ring 0", "ring 1", "gap"]),
+        (
+            &["run", "tiny.toml", "--set", "weave.0.minor_radius_m=0.3"],
+            &["weave[0].minor_radius_m", "0.3", "less than 0.125"],
+        ),
+        (
+            &[
+                "run",
+                "tiny.toml",
+                "--set",
+                "sphere=[{radius_m=0.4,mass_kg=1,material=\"steel\",position_m=[0.0,0.0,0.0]}]",
+            ],
+            &["ring 0", "sphere 0", "gap"],
+        ),
         (&["run", "tiny.toml", "--set", "nonsense"], &["--set nonsense", "key.path=value"]),
         (&["sim", "tiny.toml", "--bus", "no spaces"], &["no spaces"]),
         (&["plan", "missing.toml"], &["missing.toml"]),

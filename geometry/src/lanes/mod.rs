@@ -7,10 +7,10 @@
 //!
 //! # Stages
 //! Each stage reads and writes plain buffers and drops what cannot touch without a branch.
-//! 1. [`cull`]: three slabs, from the centres and normals alone.
-//! 2. [`chart`]: the strip `|h| < reach` or `|y| < reach` cuts A into two stretches; on each the quartic of
-//!    [`ellipse`](crate::ellipse) in Bernstein form. No sign change proves that there is no contact.
-//! 3. [`isolate`]: the quartic's minimum and its two roots.
+//! 1. `cull`: three slabs, from the centres and normals alone.
+//! 2. `chart`: the strip `|h| < reach` or `|y| < reach` cuts A into two stretches; on each the quartic of
+//!    `ellipse.rs` in Bernstein form. No sign change proves that there is no contact.
+//! 3. `isolate`: the quartic's minimum and its two roots.
 //!
 //! # The common frame
 //! With the angle between the planes well away from 0, A's angle is counted from its highest point over B's
@@ -123,7 +123,7 @@ impl LaneArc {
 /// A search for contact arcs, and its memory.
 #[derive(Debug, Default)]
 pub struct ArcSearch {
-    /// Numbers of the pairs that [`cull`] left.
+    /// Numbers of the pairs that `cull` left.
     near: Vec<u32>,
     charts: Vec<chart::Chart>,
     cuts: [Vec<chart::Chart>; 2],

@@ -28,7 +28,7 @@ const INNER_LEAF: usize = 16;
 /// So many points in one range of a node are looked through at once.
 const FEW: u32 = 24;
 
-/// A set of points, made to answer which of them lie in a box. See the [module](self).
+/// A set of points, made to answer which of them lie in a box. How it works stands at the top of this file.
 #[derive(Debug, Default)]
 pub struct RangeTree {
     /// World axes in the order in which the tree takes them: the widest spread first.
