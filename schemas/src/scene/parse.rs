@@ -143,11 +143,13 @@ fn parse_value(text: &str) -> toml::Value {
         .unwrap_or_else(|| toml::Value::String(text.to_owned()))
 }
 
-/// The parser's message; an unknown key gets a suggestion.
+/// The parser's message; an unknown key or choice gets a suggestion.
 fn syntax(error: toml::de::Error) -> SceneError {
     let mut text = error.to_string();
     let message = error.message();
-    if let Some(rest) = message.strip_prefix("unknown field `")
+    let unknown =
+        ["unknown field `", "unknown variant `"].iter().find_map(|start| message.strip_prefix(start));
+    if let Some(rest) = unknown
         && let Some((unknown, rest)) = rest.split_once('`')
     {
         let known = rest.split('`').skip(1).step_by(2);
