@@ -21,6 +21,8 @@ pub struct Scratch {
     pub(crate) moment: Moment,
     /// Work of prescribed motions in the last step (J).
     pub(crate) drive_work_j: f64,
+    /// The energies of the tops after the step, where the integrator sums them on its way.
+    pub(crate) energies: Option<MotionEnergies>,
     /// Time from the last force evaluation to the state (s).
     pub(crate) evaluation_age_s: f64,
     pub(crate) verlet: VerletScratch,
@@ -29,6 +31,16 @@ pub struct Scratch {
     /// Of the explicit Runge-Kutta methods.
     pub(crate) stages: Stages,
     pub(crate) pool: Option<rayon::ThreadPool>,
+}
+
+/// Energies of the symmetric tops but those on prescribed motions.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MotionEnergies {
+    pub kinetic_j: f64,
+    /// In the field of gravity; zero at World's origin.
+    pub gravity_j: f64,
+    /// Power of the elastic forces of the last evaluation with the velocities of the state (W).
+    pub power_w: f64,
 }
 
 impl Scratch {
@@ -55,6 +67,7 @@ impl Scratch {
                 random: None,
             },
             drive_work_j: 0.0,
+            energies: None,
             evaluation_age_s: 0.0,
             verlet: if verlet { VerletScratch::new(model) } else { VerletScratch::default() },
             level: Level::new(),

@@ -85,6 +85,7 @@ pub fn step(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(
     assert_eq!(scratch.moment.circles.len(), model.body_count(), "bodies of the scratch and of the model");
     scratch.moment.random = model.random_of_step(state.step);
     scratch.drive_work_j = 0.0;
+    scratch.energies = None;
     let finite = match model.integrator() {
         Integrator::Verlet => advance_verlet(model, state, scratch),
         Integrator::Rk4 => {
@@ -133,6 +134,7 @@ pub fn evaluate(model: &Model, state: &State, scratch: &mut Scratch) {
     scratch.evaluation.evaluate(model, &scratch.moment, &state.contacts, slip, pool);
     scratch.evaluation_age_s = 0.0;
     scratch.drive_work_j = 0.0;
+    scratch.energies = None;
 }
 
 fn check_finite(model: &Model, state: &State) -> Result<(), Stop> {
