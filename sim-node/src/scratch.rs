@@ -10,6 +10,7 @@ use geometry::lanes::Level;
 use geometry::{Circle, Vec3};
 use schemas::scene::Integrator;
 use schemas::state::ContactState;
+use std::sync::Arc;
 
 /// Bodies below which threads are not worth their waking up.
 const PARALLEL_BODIES: usize = 1000;
@@ -30,7 +31,7 @@ pub struct Scratch {
     pub(crate) level: Level,
     /// Of the explicit Runge-Kutta methods.
     pub(crate) stages: Stages,
-    pub(crate) pool: Option<rayon::ThreadPool>,
+    pub(crate) pool: Option<Arc<rayon::ThreadPool>>,
 }
 
 /// Energies of the symmetric tops but those on prescribed motions.
@@ -72,7 +73,7 @@ impl Scratch {
             verlet: if verlet { VerletScratch::new(model) } else { VerletScratch::default() },
             level: Level::new(),
             stages: Stages::new(if stages > 0 { count } else { 0 }, stages),
-            pool: pool.flatten(),
+            pool: pool.flatten().map(Arc::new),
         }
     }
 

@@ -87,7 +87,11 @@ pub fn step(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(
     scratch.drive_work_j = 0.0;
     scratch.energies = None;
     let finite = match model.integrator() {
-        Integrator::Verlet => advance_verlet(model, state, scratch),
+        // One way into the pool and back for all of the step.
+        Integrator::Verlet => match scratch.pool.clone() {
+            Some(pool) => pool.install(|| advance_verlet(model, state, scratch)),
+            None => advance_verlet(model, state, scratch),
+        },
         Integrator::Rk4 => {
             rk4::advance(model, state, scratch);
             false
@@ -114,6 +118,8 @@ fn advance_verlet(model: &Model, state: &mut State, scratch: &mut Scratch) -> bo
     let finite = verlet::advance(model, state, scratch);
     if model.features.quadratic_drag {
         state.dissipated_energy_j += drag::slow(model, state, half);
+        // The kick's sums are of the velocities before this.
+        scratch.energies = None;
     }
     finite
 }
@@ -130,7 +136,7 @@ pub fn evaluate(model: &Model, state: &State, scratch: &mut Scratch) {
     scratch.moment.random = model.random_of_step(state.step);
     let velocities = scratch.moment.velocities.as_slice();
     let slip = SlipMotion { since: (velocities, 0.0), kept: (velocities, 0.0) };
-    let pool = scratch.pool.as_ref();
+    let pool = scratch.pool.as_deref();
     scratch.evaluation.evaluate(model, &scratch.moment, &state.contacts, slip, pool);
     scratch.evaluation_age_s = 0.0;
     scratch.drive_work_j = 0.0;

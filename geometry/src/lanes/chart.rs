@@ -1,7 +1,7 @@
-//! The stretches of A between the strip's edges `|h| = reach`, and the quartic on each.
+//! The stretches of A between a strip's edges `|h| = reach`, or `|y| = reach`, and the quartic on each.
 //!
-//! At the strip's edges the quartic is `y^2 (1 + tau^2)^2`, which is not negative, so that a contact shows as
-//! a dip between two positive ends.
+//! At the edges of `h`'s strip the quartic is `y^2 (1 + tau^2)^2`, at those of `y`'s it is
+//! `h^2 (1 + tau^2)^2`. Neither is negative, so that a contact shows as a dip between two positive ends.
 
 use super::{Frames, LANES, Lanes, Line, PairLanes, Simd, larger, smaller, transposed};
 use fearless_simd::prelude::*;
@@ -10,16 +10,58 @@ use fearless_simd::prelude::*;
 /// long. About 6 degrees.
 const SIN_SQUARED_MIN: f64 = 0.01;
 
+/// In which sense `u` runs on the two sides.
+const SENSES: [f64; 2] = [1.0, -1.0];
+
 /// A stretch of A on which there may be a contact.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(32))]
 pub(super) struct Chart {
-    /// The quartic's coefficients of `u^0` to `u^3`; `u` runs from -1 to 1, `tau = half_tangent u`.
+    /// The quartic's coefficients of `u^0` to `u^3`; `u` runs from -1 to 1.
     pub low: [f64; 4],
-    /// The coefficient of `u^4`, the half tangent, cosine and sine of the middle.
+    /// The coefficient of `u^4`, the scale, cosine and sine of the origin from `e1`.
     pub rest: [f64; 4],
+    /// `tau = offset + scale u` is the tangent of half the angle from the origin.
+    pub offset: f64,
+    /// -1 where `u` runs against the angle, else 1.
+    pub sense: f64,
     /// Number of its pair.
     pub pair: u32,
+    /// How often it was cut.
+    pub cuts: u32,
+}
+
+impl Chart {
+    /// The parts with `u` below and above a place.
+    pub(super) fn cut(&self, place: f64) -> [Chart; 2] {
+        [(0.5 * (place - 1.0), 0.5 * (place + 1.0)), (0.5 * (place + 1.0), 0.5 * (1.0 - place))]
+            .map(|(middle, half)| self.part(middle, half))
+    }
+
+    /// The part about a middle: Horner's scheme, again and again, gives Taylor's coefficients there.
+    fn part(&self, middle: f64, half: f64) -> Chart {
+        let [c_0, c_1, c_2, c_3] = self.low;
+        let [c_4, scale, ..] = self.rest;
+        let mut c = [c_0, c_1, c_2, c_3, c_4];
+        for first in 0..4 {
+            for i in (first..4).rev() {
+                c[i] += middle * c[i + 1];
+            }
+        }
+        let mut power = 1.0;
+        for value in &mut c[1..] {
+            power *= half;
+            *value *= power;
+        }
+        let [c_0, c_1, c_2, c_3, c_4] = c;
+        Chart {
+            low: [c_0, c_1, c_2, c_3],
+            rest: [c_4, scale * half, self.rest[2], self.rest[3]],
+            offset: self.offset + scale * middle,
+            cuts: self.cuts + 1,
+            ..*self
+        }
+    }
 }
 
 /// Writes the charts of the pairs `near`, in order, and returns how many; pairs outside the common case go to
@@ -42,10 +84,8 @@ pub(super) fn charts<S: Simd>(
     for group in near.chunks(LANES) {
         let number = |lane: usize| if lane < group.len() { group[lane] } else { group[0] };
         let numbers = [number(0), number(1), number(2), number(3)];
-        let four = numbers.map(
-            #[inline(always)]
-            |number| pairs[number as usize],
-        );
+        let pair = |lane: usize| pairs[numbers[lane] as usize];
+        let four = [pair(0), pair(1), pair(2), pair(3)];
         let sides = sides(simd, &PairLanes::load(simd, lines, four));
         let here = (1u64 << group.len()) - 1;
         if sides.irregular & here != 0 {
@@ -61,7 +101,8 @@ pub(super) fn charts<S: Simd>(
                 let chart = &mut charts[count];
                 sides.low[side][lane].store_array(&mut chart.low);
                 sides.rest[side][lane].store_array(&mut chart.rest);
-                chart.pair = pair;
+                (chart.offset, chart.sense) = (0.0, SENSES[side]);
+                (chart.pair, chart.cuts) = (pair, 0);
                 count += ((keep >> lane) & 1) as usize;
             }
         }
@@ -79,48 +120,62 @@ struct Sides<S: Simd> {
 
 #[inline(always)]
 fn sides<S: Simd>(simd: S, pairs: &PairLanes<S>) -> Sides<S> {
+    let (zero, one) = (Lanes::splat(simd, 0.0), Lanes::splat(simd, 1.0));
     let reach = pairs.reach;
     let frame = Frames::of(pairs);
     let [along_e2, _, h_0] = frame.centre;
     let d = &pairs.from_b;
-    let over_a = d.dot(&pairs.normal_a);
-    let along_e1 = (h_0 - frame.cos * over_a) / frame.sin;
-    // The strip's edges as half angles, as in `ellipse`: t_1 where h = reach, t_2 where h = -reach; at the
-    // circle's own highest and lowest points where it does not cross them.
-    let amplitude = pairs.radius_a * frame.sin;
+    let along_e1 = (h_0 - frame.cos * d.dot(&pairs.normal_a)) / frame.sin;
+    let h_1 = pairs.radius_a * frame.sin;
+    // y = y_0 + y_1 cos(t) + y_2 sin(t); h = h_0 + h_1 cos(t).
+    let scale = 0.5 / pairs.radius_b;
+    let a_squared = pairs.radius_a * pairs.radius_a;
+    let y_0 = (d.dot(d) + a_squared - pairs.radius_b * pairs.radius_b - reach * reach) * scale;
+    let ratio = 2.0 * pairs.radius_a * scale;
+    let (y_1, y_2) = (ratio * along_e1, ratio * along_e2);
+    // The quartic does not tell y from h. The strip is of the one that is not slower anywhere in its strip than
+    // the other is somewhere in its own: that makes short charts whose ends are not in a contact. Angles are
+    // counted from where that one is largest.
+    let squared = y_1 * y_1 + y_2 * y_2;
+    let (y_edge, h_edge) = (y_0.abs() + reach, h_0.abs() + reach);
+    let by_y = (squared - y_edge * y_edge).simd_gt(h_1 * h_1 - h_edge * h_edge);
+    let y_amplitude = squared.sqrt();
+    let turn_cos = by_y.select(y_1 / y_amplitude, one);
+    let turn_sin = by_y.select(y_2 / y_amplitude, zero);
+    let (strip, amplitude) = (by_y.select(y_0, h_0), by_y.select(y_amplitude, h_1));
+    let other =
+        [by_y.select(h_0, y_0), by_y.select(h_1 * turn_cos, y_1), by_y.select(-(h_1 * turn_sin), y_2)];
+    // The strip's edges as half angles, as in `ellipse`: t_1 where the wave is the reach, t_2 where it is minus
+    // the reach; its own highest and lowest points where it does not get there.
     let half = 0.5 / amplitude;
-    let (top, bottom) = (amplitude - h_0, amplitude + h_0);
+    let (top, bottom) = (amplitude - strip, amplitude + strip);
     let (cos_1, sin_1) = (share(simd, (top + reach) * half), share(simd, (bottom - reach) * half));
     let (cos_2, sin_2) = (share(simd, (top - reach) * half), share(simd, (bottom + reach) * half));
     let (mid_cos, mid_sin) = (cos_1 * cos_2 - sin_1 * sin_2, sin_1 * cos_2 + cos_1 * sin_2);
     let half_tangent = (sin_2 * cos_1 - cos_2 * sin_1) / (1.0 + (cos_1 * cos_2 + sin_1 * sin_2));
     let square = half_tangent * half_tangent;
-    // y = y_0 + y_1 cos + y_2 sin.
-    let scale = 0.5 / pairs.radius_b;
-    let squared = d.dot(d);
-    let a_squared = pairs.radius_a * pairs.radius_a;
-    let y_0 = (squared + a_squared - pairs.radius_b * pairs.radius_b - reach * reach) * scale;
-    let ratio = 2.0 * pairs.radius_a * scale;
-    let (y_1, y_2) = (ratio * along_e1, ratio * along_e2);
-    let h = [
-        h_0 + amplitude * mid_cos,
-        -(2.0 * half_tangent * (amplitude * mid_sin)),
-        square * (h_0 - amplitude * mid_cos),
+    let double = half_tangent + half_tangent;
+    let strip = [
+        strip + amplitude * mid_cos,
+        -(double * (amplitude * mid_sin)),
+        square * (strip - amplitude * mid_cos),
     ];
-    let sin_squared = frame.sin * frame.sin;
-    let regular = sin_squared.simd_gt(Lanes::splat(simd, SIN_SQUARED_MIN));
-    let y_mean = [y_0 + y_1 * mid_cos, square * (y_0 - y_1 * mid_cos)];
-    let slope = 2.0 * half_tangent * (y_2 * mid_cos);
-    let slope_mean = 2.0 * half_tangent * (y_1 * mid_sin);
-    let across = y_2 * mid_sin;
-    let side = Side { reach, square, h };
+    // The other side is mirrored: the sine's part and the middle's sine change their signs, and tau runs
+    // backwards.
+    let mean = [other[0] + other[1] * mid_cos, square * (other[0] - other[1] * mid_cos)];
+    let (slope, slope_mean) = (double * (other[2] * mid_cos), double * (other[1] * mid_sin));
+    let across = other[2] * mid_sin;
+    let side = Side { reach, square, strip };
     let (plus, plus_keep) =
-        side.quartic(simd, [y_mean[0] + across, slope - slope_mean, y_mean[1] - square * across]);
-    // The other side, mirrored: y_2 and the middle's sine change their signs, and tau runs backwards.
+        side.quartic(simd, [mean[0] + across, slope - slope_mean, mean[1] - square * across]);
     let (minus, minus_keep) =
-        side.quartic(simd, [y_mean[0] - across, -slope - slope_mean, y_mean[1] + square * across]);
-    let (plus_low, plus_rest) = rows(&plus, half_tangent, mid_cos, mid_sin);
-    let (minus_low, minus_rest) = rows(&minus, half_tangent, mid_cos, -mid_sin);
+        side.quartic(simd, [mean[0] - across, -slope - slope_mean, mean[1] + square * across]);
+    let regular = (frame.sin * frame.sin).simd_gt(Lanes::splat(simd, SIN_SQUARED_MIN));
+    // The middles from e1 again.
+    let (x, y) = (mid_cos * turn_cos, mid_sin * turn_sin);
+    let (z, w) = (mid_sin * turn_cos, mid_cos * turn_sin);
+    let (plus_low, plus_rest) = rows(&plus, half_tangent, x - y, z + w);
+    let (minus_low, minus_rest) = rows(&minus, half_tangent, x + y, w - z);
     Sides {
         low: [plus_low, minus_low],
         rest: [plus_rest, minus_rest],
@@ -150,15 +205,16 @@ fn rows<S: Simd>(
 struct Side<S: Simd> {
     reach: Lanes<S>,
     square: Lanes<S>,
-    h: [Lanes<S>; 3],
+    strip: [Lanes<S>; 3],
 }
 
 impl<S: Simd> Side<S> {
-    /// The quartic `y^2 + h^2 - reach^2`, times `(1 + tau^2)^2`, in powers of `u`, from `y` in powers of `u`;
-    /// and the bits of the lanes in which it may be negative.
+    /// The quartic `y^2 + h^2 - reach^2`, times `(1 + tau^2)^2`, in powers of `u`, from `y` in powers of `u`,
+    /// where `h` is the wave with the strip and `y` the other one; and the bits of the lanes in which it may be
+    /// negative.
     #[inline(always)]
     fn quartic(&self, simd: S, y: [Lanes<S>; 3]) -> ([Lanes<S>; 5], u64) {
-        let (h, square, reach) = (&self.h, self.square, self.reach);
+        let (h, square, reach) = (&self.strip, self.square, self.reach);
         let reach_squared = reach * reach;
         let edge = square * reach_squared;
         let c = [

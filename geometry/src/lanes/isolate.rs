@@ -1,15 +1,20 @@
 //! The two ends of a contact arc: the quartic's minimum, and from there its roots on both sides.
 //!
 //! # Certificate
-//! The quartic is positive at both ends of the chart, and two sign changes of its Bernstein coefficients say
-//! that it has two roots or none. Where its value at the minimum `m` is negative, each side of `m` holds an odd
-//! number of roots, so exactly one. Where it is positive, the parts on both sides of `m` must show no sign
-//! change. Everything else (more sign changes, an end inside a contact, a minimum that rounding decides, an
-//! arc longer than a quarter turn, an iteration that has not converged) is irregular.
+//! The quartic is positive at both ends of a chart. With two sign changes of its Bernstein coefficients it has
+//! two roots or none. Where its value at the minimum `m` is negative, each side of `m` holds an odd number of
+//! roots, so exactly one. Where it is positive, no sign change in the parts on both sides of `m` proves that
+//! there is none. Four sign changes are common too: where A bends away from B's wire as fast as it runs across
+//! it, the depth is flat and may have two maxima. There `m` is chosen between them; one sign change on each side
+//! proves one root on each.
+//!
+//! A chart that is positive at `m` and not proved empty is cut there, and its parts are looked at again.
+//! Everything else (an end inside a contact, an arc longer than a quarter turn, an iteration that has not
+//! converged, too many cuts) is irregular.
 //!
 //! # Accuracy
 //! Halley's method has the error `step^3 / (2 d)^2` after a step, with `d` the distance to the other root,
-//! here about the arc's length `2 w`. With a last step below `w / 4096` that is less than `1e-12 w`. The depth
+//! here about the arc's length `2 w`. With a last step below `w / 8192` that is less than `2e-13 w`. The depth
 //! vanishes at the ends, so the force of an arc changes by the square of that.
 
 use super::chart::{Chart, bernstein};
@@ -18,38 +23,72 @@ use crate::arc::HALF_TANGENT_MAX;
 use fearless_simd::prelude::*;
 
 /// Newton steps to the minimum.
-const MINIMUM_STEPS: usize = 2;
-/// Halley steps to the roots.
-const ROOT_STEPS: usize = 3;
+const MINIMUM_STEPS: usize = 3;
+/// A chart that was cut so often is left alone.
+const CUTS_MAX: u32 = 5;
+/// Halley steps to the roots at most; three or four are usual.
+const ROOT_STEPS: usize = 24;
 /// The last step, in half widths of the arc.
-const STEP_MAX: f64 = 1.0 / 4096.0;
+const STEP_MAX: f64 = 1.0 / 8192.0;
 /// The search for the minimum stays this far from the ends.
-const INNER: f64 = 1.0 - 1.0 / 64.0;
+const INNER: f64 = 1.0 - 1.0 / 16.0;
 
-/// Appends the arcs of the charts, in order; the numbers of pairs with a chart outside the common case go to
-/// `irregular`.
+/// Finds the arcs of the charts, in order; the numbers of pairs with a chart outside the common case go to
+/// `irregular`. `cuts` is memory.
 #[inline(always)]
-pub(super) fn isolate<S: Simd>(simd: S, charts: &[Chart], arcs: &mut Vec<LaneArc>, irregular: &mut Vec<u32>) {
-    arcs.resize(charts.len() + LANES, LaneArc::default());
-    let mut count = 0;
+pub(super) fn isolate<S: Simd>(
+    simd: S,
+    charts: &[Chart],
+    cuts: &mut [Vec<Chart>; 2],
+    arcs: &mut Vec<LaneArc>,
+    irregular: &mut Vec<u32>,
+) {
+    arcs.clear();
+    let [parts, next] = cuts;
+    parts.clear();
+    isolate_all(simd, charts, parts, arcs, irregular);
+    if parts.is_empty() {
+        return;
+    }
+    while !parts.is_empty() {
+        next.clear();
+        isolate_all(simd, parts, next, arcs, irregular);
+        core::mem::swap(parts, next);
+    }
+    // Each round is in order; a pair's two arcs stay in the order in which they were found.
+    arcs.sort_by_key(|arc| arc.pair as u32);
+}
+
+#[inline(always)]
+fn isolate_all<S: Simd>(
+    simd: S,
+    charts: &[Chart],
+    parts: &mut Vec<Chart>,
+    arcs: &mut Vec<LaneArc>,
+    irregular: &mut Vec<u32>,
+) {
+    let mut count = arcs.len();
+    arcs.resize(count + charts.len() + LANES, LaneArc::default());
     for group in charts.chunks(LANES) {
         let chart = |lane: usize| if lane < group.len() { &group[lane] } else { &group[0] };
         let four = [chart(0), chart(1), chart(2), chart(3)];
         let here = (1u64 << group.len()) - 1;
         let found = ends(simd, four);
-        let odd = found.irregular & here;
+        let odd = !(found.touching | found.empty) & here;
         if odd != 0 {
-            for (lane, chart) in group.iter().enumerate() {
-                if odd >> lane & 1 == 1 {
+            for (lane, chart) in group.iter().enumerate().filter(|(lane, _)| (odd >> lane) & 1 == 1) {
+                if (found.open >> lane) & 1 == 1 && chart.cuts < CUTS_MAX {
+                    parts.extend(chart.cut(found.place[lane]));
+                } else {
                     irregular.push(chart.pair);
                 }
             }
         }
-        let keep = found.touching & here & !odd;
+        let keep = found.touching & here;
         for (lane, (row, chart)) in found.arcs.iter().zip(four).enumerate() {
             let [mid_cos, mid_sin, half_tangent, _] = *row.as_array();
             arcs[count] = LaneArc { mid_cos, mid_sin, half_tangent, pair: f64::from(chart.pair) };
-            count += (keep >> lane & 1) as usize;
+            count += ((keep >> lane) & 1) as usize;
         }
     }
     arcs.truncate(count);
@@ -59,25 +98,18 @@ struct Found<S: Simd> {
     /// Rows of arcs.
     arcs: [Lanes<S>; LANES],
     touching: u64,
-    irregular: u64,
+    empty: u64,
+    /// Positive at both ends and at `place`: may be cut there.
+    open: u64,
+    place: Lanes<S>,
 }
 
 #[inline(always)]
 fn ends<S: Simd>(simd: S, charts: [&Chart; LANES]) -> Found<S> {
-    let [c_0, c_1, c_2, c_3] = columns(
-        simd,
-        charts.map(
-            #[inline(always)]
-            |chart| &chart.low,
-        ),
-    );
-    let [c_4, half_tangent, mid_cos, mid_sin] = columns(
-        simd,
-        charts.map(
-            #[inline(always)]
-            |chart| &chart.rest,
-        ),
-    );
+    let [first, second, third, fourth] = charts;
+    let [c_0, c_1, c_2, c_3] = columns(simd, [&first.low, &second.low, &third.low, &fourth.low]);
+    let [c_4, scale, mid_cos, mid_sin] =
+        columns(simd, [&first.rest, &second.rest, &third.rest, &fourth.rest]);
     let c = [c_0, c_1, c_2, c_3, c_4];
     let zero = Lanes::splat(simd, 0.0);
     let one = Lanes::splat(simd, 1.0);
@@ -85,53 +117,75 @@ fn ends<S: Simd>(simd: S, charts: [&Chart; LANES]) -> Found<S> {
     let ends_outside = b[0].simd_gt(zero) & b[4].simd_gt(zero);
     // With both ends positive the only list with four changes is + - + - +.
     let four_changes = b[1].simd_lt(zero) & b[3].simd_lt(zero) & b[2].simd_gt(zero);
-    let simple = ends_outside & !four_changes;
 
-    let inner = Lanes::splat(simd, INNER);
-    let mut m = within(-0.5 * (c_1 + c_3) / (c_2 + c_4), inner);
-    for _ in 0..MINIMUM_STEPS {
-        let slope = c_1 + m * (2.0 * c_2 + m * (3.0 * c_3 + m * (4.0 * c_4)));
-        let bend = 2.0 * c_2 + m * (6.0 * c_3 + m * (12.0 * c_4));
-        m = within(m - slope / bend, inner);
-    }
-    let (lowest, _, half_bend) = taylor(&c, m);
+    let m = middle(simd, &c, &b, four_changes);
+    let (lowest, slope, half_bend) = taylor(&c, m);
     let negative = lowest.simd_lt(zero);
-    let positive = simple & no_root(&b, m, zero);
+    let (no_root, one_root) = certify(&b, m, zero);
+    let certain = ends_outside & negative & (!four_changes | one_root);
 
-    // A parabola's roots to start with, each in its bracket.
-    let width = (-lowest / half_bend).sqrt();
-    let mut low = larger(m - width, 0.5 * (m - one));
-    let mut high = smaller(m + width, 0.5 * (m + one));
-    let (mut low_step, mut high_step) = (zero, zero);
-    for _ in 0..ROOT_STEPS {
-        low_step = halley(&c, low);
-        high_step = halley(&c, high);
-        low -= low_step;
-        high -= high_step;
-    }
-    let small = (high - low) * (0.5 * STEP_MAX);
-    let converged = low_step.abs().simd_lt(small) & high_step.abs().simd_lt(small);
-    let bracketed: Mask<S> = (low.simd_ge(-one) & low.simd_le(m)) & (high.simd_ge(m) & high.simd_le(one));
+    // To start with, the roots of the quartic less its odd part about its minimum.
+    let shift = four_changes.select(zero, 0.5 * slope / half_bend);
+    let depth = lowest - 0.5 * slope * shift;
+    let root = larger(half_bend * half_bend - 4.0 * (c_4 * depth), zero).sqrt();
+    let width = larger(-2.0 * depth / (half_bend + root), zero).sqrt();
+    let low = Bracket { from: -one, to: m, x: m - shift - width, done: !certain };
+    let high = Bracket { from: one, to: m, x: m - shift + width, done: !certain };
+    let [low, high] = roots(simd, &c, [low, high]);
+    let converged = low.done & high.done;
+    let (low, high) = (low.x, high.x);
 
     // The arc from `start` to `end` as in `Arc::between`.
-    let (start, end) = (half_tangent * low, half_tangent * high);
+    let offset = Lanes::load_array(simd, [first.offset, second.offset, third.offset, fourth.offset]);
+    let (start, end) = (offset + scale * low, offset + scale * high);
     let norm = ((1.0 + start * start) * (1.0 + end * end)).sqrt();
     let inverse = 1.0 / norm;
     let (cos, sin) = ((1.0 - start * end) * inverse, (start + end) * inverse);
-    // On the mirrored side tau runs against e2.
-    let turn = mid_sin.simd_lt(zero).select(-sin, sin);
+    let turn = sin * Lanes::load_array(simd, [first.sense, second.sense, third.sense, fourth.sense]);
     let arc_cos = mid_cos * cos - mid_sin * turn;
     let arc_sin = mid_sin * cos + mid_cos * turn;
     let arc_tangent = (end - start) / (norm + (1.0 + start * end));
     let short = arc_tangent.simd_le(Lanes::splat(simd, HALF_TANGENT_MAX));
 
-    let touching = (simple & negative) & (converged & bracketed) & short;
-    let known = touching | positive;
+    let positive = ends_outside & lowest.simd_gt(zero);
     Found {
         arcs: transposed([arc_cos, arc_sin, arc_tangent, zero]),
-        touching: touching.to_bitmask(),
-        irregular: !known.to_bitmask(),
+        touching: (certain & converged & short).to_bitmask(),
+        empty: (positive & no_root).to_bitmask(),
+        open: positive.to_bitmask(),
+        place: m,
     }
+}
+
+/// The minimum, or, with four sign changes, the place between two minima if there are two.
+#[inline(always)]
+fn middle<S: Simd>(simd: S, c: &[Lanes<S>; 5], b: &[Lanes<S>; 5], four_changes: Mask<S>) -> Lanes<S> {
+    let zero = Lanes::splat(simd, 0.0);
+    let inner = Lanes::splat(simd, INNER);
+    // The minimum of the parabola through the middle and the ends, or the lower end's side.
+    let bend = c[2] + c[4];
+    let lower = b[0].simd_lt(b[4]).select(-inner, inner);
+    let mut low = bend.simd_gt(zero).select(within(-0.5 * (c[1] + c[3]) / bend, inner), lower);
+    for _ in 0..MINIMUM_STEPS {
+        let (step, bend) = newton(c, low);
+        low = bend.simd_gt(zero).select(within(low - step, inner), low);
+    }
+    // Where the quartic bends upwards least; if it bends downwards there, it may rise above 0 near it.
+    let half = Lanes::splat(simd, 0.5);
+    let centre = within(-0.25 * c[3] / c[4], half);
+    let (step, bend) = newton(c, centre);
+    let top = within(centre - step, half);
+    let (value, ..) = taylor(c, top);
+    let top = (bend.simd_lt(zero) & value.simd_gt(zero)).select(top, centre);
+    four_changes.select(top, low)
+}
+
+/// Newton's step towards a zero of the slope (to be subtracted), and the second derivative.
+#[inline(always)]
+fn newton<S: Simd>(c: &[Lanes<S>; 5], u: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+    let slope = c[1] + u * (2.0 * c[2] + u * (3.0 * c[3] + u * (4.0 * c[4])));
+    let bend = 2.0 * c[2] + u * (6.0 * c[3] + u * (12.0 * c[4]));
+    (slope / bend, bend)
 }
 
 /// The number, brought between `-limit` and `limit`.
@@ -153,25 +207,75 @@ fn taylor<S: Simd>(c: &[Lanes<S>; 5], u: Lanes<S>) -> (Lanes<S>, Lanes<S>, Lanes
     (c[0] + u * v_1, v_1 + u * w_2, half_bend)
 }
 
-/// Halley's step (to be subtracted).
-#[inline(always)]
-fn halley<S: Simd>(c: &[Lanes<S>; 5], u: Lanes<S>) -> Lanes<S> {
-    let (value, slope, half_bend) = taylor(c, u);
-    value * slope / (slope * slope - value * half_bend)
+/// A root between `from`, where the quartic is positive, and `to`, where it is negative.
+#[derive(Clone, Copy)]
+struct Bracket<S: Simd> {
+    from: Lanes<S>,
+    to: Lanes<S>,
+    x: Lanes<S>,
+    /// Found, or not looked for.
+    done: Mask<S>,
 }
 
-/// Whether the parts left and right of `m` have no negative Bernstein coefficient (de Casteljau).
+/// Halley's method for both roots side by side. A lane stands still when it is done, so that it does not
+/// matter which others it runs with.
 #[inline(always)]
-fn no_root<S: Simd>(b: &[Lanes<S>; 5], m: Lanes<S>, zero: Lanes<S>) -> Mask<S> {
-    let x = 0.5 + 0.5 * m;
-    let y = 0.5 - 0.5 * m;
-    let mut c = *b;
-    let mut least = smaller(c[0], c[4]);
-    for last in [4, 3, 2, 1] {
-        for i in 0..last {
-            c[i] = y * c[i] + x * c[i + 1];
-        }
-        least = smaller(least, smaller(c[0], c[last - 1]));
+fn roots<S: Simd>(simd: S, c: &[Lanes<S>; 5], mut brackets: [Bracket<S>; 2]) -> [Bracket<S>; 2] {
+    for bracket in &mut brackets {
+        bracket.x = bracket.inside(bracket.x);
     }
-    least.simd_gt(zero)
+    for _ in 0..ROOT_STEPS {
+        let [low, high] = brackets;
+        let small = (high.x - low.x).abs() * (0.5 * STEP_MAX);
+        brackets = [low.stepped(simd, c, small), high.stepped(simd, c, small)];
+        if (brackets[0].done & brackets[1].done).to_bitmask() == (1 << LANES) - 1 {
+            break;
+        }
+    }
+    brackets
+}
+
+impl<S: Simd> Bracket<S> {
+    /// The place if it is in the bracket, else the bracket's middle.
+    #[inline(always)]
+    fn inside(&self, x: Lanes<S>) -> Lanes<S> {
+        let inside = ((x - self.from) * (x - self.to)).simd_le(Lanes::splat(x.simd, 0.0));
+        inside.select(x, 0.5 * (self.from + self.to))
+    }
+
+    #[inline(always)]
+    fn stepped(&self, simd: S, c: &[Lanes<S>; 5], small: Lanes<S>) -> Bracket<S> {
+        let (value, slope, half_bend) = taylor(c, self.x);
+        let positive = value.simd_gt(Lanes::splat(simd, 0.0));
+        let mut next = *self;
+        next.from = positive.select(self.x, self.from);
+        next.to = positive.select(self.to, self.x);
+        let step = value * slope / (slope * slope - value * half_bend);
+        let x = next.inside(self.x - step);
+        next.x = self.done.select(self.x, x);
+        next.done = self.done | (x - self.x).abs().simd_lt(small);
+        next
+    }
+}
+
+/// Whether the parts left and right of `m` both have no negative Bernstein coefficient (de Casteljau), and
+/// whether both have one sign change where the ends are positive and `m` is negative.
+#[inline(always)]
+fn certify<S: Simd>(b: &[Lanes<S>; 5], m: Lanes<S>, zero: Lanes<S>) -> (Mask<S>, Mask<S>) {
+    let (x, y) = (0.5 + 0.5 * m, 0.5 - 0.5 * m);
+    let [b_0, b_1, b_2, b_3, b_4] = *b;
+    let (c_0, c_1, c_2, c_3) = (y * b_0 + x * b_1, y * b_1 + x * b_2, y * b_2 + x * b_3, y * b_3 + x * b_4);
+    let (d_0, d_1, d_2) = (y * c_0 + x * c_1, y * c_1 + x * c_2, y * c_2 + x * c_3);
+    let (e_0, e_1) = (y * d_0 + x * d_1, y * d_1 + x * d_2);
+    // From the ends inwards: b_0 c_0 d_0 e_0 f(m), and b_4 c_3 d_2 e_1 f(m).
+    let least = smaller(smaller(smaller(c_0, d_0), smaller(c_3, d_2)), smaller(e_0, e_1));
+    (least.simd_gt(zero), falls(c_0, d_0, e_0, zero) & falls(c_3, d_2, e_1, zero))
+}
+
+/// Whether no negative number is before a positive one.
+#[inline(always)]
+fn falls<S: Simd>(first: Lanes<S>, second: Lanes<S>, third: Lanes<S>, zero: Lanes<S>) -> Mask<S> {
+    let rises = (first.simd_lt(zero) & (second.simd_gt(zero) | third.simd_gt(zero)))
+        | (second.simd_lt(zero) & third.simd_gt(zero));
+    !rises
 }

@@ -8,7 +8,7 @@
 //! # Stages
 //! Each stage reads and writes plain buffers and drops what cannot touch without a branch.
 //! 1. [`cull`]: three slabs, from the centres and normals alone.
-//! 2. [`chart`]: the strip `|h| < reach` cuts A into two stretches; on each the quartic of
+//! 2. [`chart`]: the strip `|h| < reach` or `|y| < reach` cuts A into two stretches; on each the quartic of
 //!    [`ellipse`](crate::ellipse) in Bernstein form. No sign change proves that there is no contact.
 //! 3. [`isolate`]: the quartic's minimum and its two roots.
 //!
@@ -57,7 +57,7 @@ impl Line {
     }
 }
 
-/// A contact arc in the common frame: of at most a quarter turn, and the only one on its side.
+/// A contact arc in the common frame: of at most a quarter turn.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(32))]
 pub struct LaneArc {
@@ -91,6 +91,7 @@ pub struct ArcSearch {
     /// Numbers of the pairs that [`cull`] left.
     near: Vec<u32>,
     charts: Vec<chart::Chart>,
+    cuts: [Vec<chart::Chart>; 2],
     /// The arcs found, in the order of the pairs. A pair has at most two.
     pub arcs: Vec<LaneArc>,
     /// The pairs that were not answered, in order.
@@ -110,7 +111,7 @@ impl ArcSearch {
         let near = cull::cull(simd, lines, pairs, &mut self.near);
         let charts =
             chart::charts(simd, lines, pairs, &self.near[..near], &mut self.charts, &mut self.irregular);
-        isolate::isolate(simd, &self.charts[..charts], &mut self.arcs, &mut self.irregular);
+        isolate::isolate(simd, &self.charts[..charts], &mut self.cuts, &mut self.arcs, &mut self.irregular);
         self.settle();
     }
 
@@ -176,10 +177,13 @@ pub fn transposed<S: Simd>(rows: [Lanes<S>; LANES]) -> [Lanes<S>; LANES] {
 /// Four rows of four numbers, as columns.
 #[inline(always)]
 pub fn columns<S: Simd>(simd: S, rows: [&[f64; 4]; LANES]) -> [Lanes<S>; LANES] {
-    transposed(rows.map(
-        #[inline(always)]
-        |row| Lanes::load_array_ref(simd, row),
-    ))
+    // Written out: `map` is not inlined into code for other instruction sets than its own.
+    transposed([
+        Lanes::load_array_ref(simd, rows[0]),
+        Lanes::load_array_ref(simd, rows[1]),
+        Lanes::load_array_ref(simd, rows[2]),
+        Lanes::load_array_ref(simd, rows[3]),
+    ])
 }
 
 /// The larger of each two numbers; the second where one is NaN.
@@ -215,28 +219,34 @@ impl<S: Simd> PairLanes<S> {
     /// Loads four pairs.
     #[inline(always)]
     pub fn load(simd: S, lines: &[Line], pairs: [(u32, u32); LANES]) -> PairLanes<S> {
-        let a = [0, 1, 2, 3].map(
-            #[inline(always)]
-            |lane: usize| &lines[pairs[lane].0 as usize],
-        );
-        let b = [0, 1, 2, 3].map(
-            #[inline(always)]
-            |lane: usize| &lines[pairs[lane].1 as usize],
-        );
+        let a = [
+            &lines[pairs[0].0 as usize],
+            &lines[pairs[1].0 as usize],
+            &lines[pairs[2].0 as usize],
+            &lines[pairs[3].0 as usize],
+        ];
+        let b = [
+            &lines[pairs[0].1 as usize],
+            &lines[pairs[1].1 as usize],
+            &lines[pairs[2].1 as usize],
+            &lines[pairs[3].1 as usize],
+        ];
         // Differences and sums first: they need one change of rows and columns less.
-        let differences = [0, 1, 2, 3].map(
-            #[inline(always)]
-            |lane: usize| {
-                Lanes::load_array_ref(simd, &a[lane].centre) - Lanes::load_array_ref(simd, &b[lane].centre)
-            },
-        );
+        let differences = [
+            Lanes::load_array_ref(simd, &a[0].centre) - Lanes::load_array_ref(simd, &b[0].centre),
+            Lanes::load_array_ref(simd, &a[1].centre) - Lanes::load_array_ref(simd, &b[1].centre),
+            Lanes::load_array_ref(simd, &a[2].centre) - Lanes::load_array_ref(simd, &b[2].centre),
+            Lanes::load_array_ref(simd, &a[3].centre) - Lanes::load_array_ref(simd, &b[3].centre),
+        ];
         let [x, y, z, _] = transposed(differences);
         let [ax, ay, az, radius_a] = columns(simd, [&a[0].normal, &a[1].normal, &a[2].normal, &a[3].normal]);
         let [bx, by, bz, radius_b] = columns(simd, [&b[0].normal, &b[1].normal, &b[2].normal, &b[3].normal]);
-        let reach = [0, 1, 2, 3].map(
-            #[inline(always)]
-            |lane: usize| a[lane].centre[3] + b[lane].centre[3],
-        );
+        let reach = [
+            a[0].centre[3] + b[0].centre[3],
+            a[1].centre[3] + b[1].centre[3],
+            a[2].centre[3] + b[2].centre[3],
+            a[3].centre[3] + b[3].centre[3],
+        ];
         PairLanes {
             from_b: Vectors([x, y, z]),
             normal_a: Vectors([ax, ay, az]),

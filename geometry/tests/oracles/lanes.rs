@@ -102,7 +102,7 @@ impl Tally {
 /// Nothing is missed and nothing invented: 200,000 random pairs near contact.
 ///
 /// An arc's end is where the depth is 0. The quartic moves the reach by less than `e`, the bound at
-/// [`circle_circle_arcs`], and the iteration leaves 1e-12 of the half width `w` times the slope, which for a
+/// [`circle_circle_arcs`], and the iteration leaves 2e-13 of the half width `w` times the slope, which for a
 /// depth `p` below 0.7 is about `2 p / w`; ten times that for arcs that are far from a parabola.
 #[test]
 fn lanes_find_the_scalar_arcs() {

@@ -75,7 +75,7 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -
     let velocities = scratch.moment.velocities.as_slice();
     // The velocity before the kick is the velocity between the last evaluation and this one.
     let slip = SlipMotion { since: (velocities, time_step), kept: (velocities, time_step) };
-    let pool = scratch.pool.as_ref();
+    let pool = scratch.pool.as_deref();
     scratch.evaluation.evaluate(model, &scratch.moment, &state.contacts, slip, pool);
     scratch.evaluation_age_s = 0.5 * time_step;
     scratch.keep_springs(&mut state.contacts);
@@ -117,7 +117,7 @@ fn drift_to_middle(model: &Model, state: &State, scratch: &mut Scratch) {
             let motions = motions.next().filter(|_| loses);
             Drift { first_block, classes, bodies, circles, velocities, orientations, lines, motions }
         });
-    on_threads(pool.as_ref(), *level, drifts);
+    on_threads(pool.as_deref(), *level, drifts);
 }
 
 /// The kick and the second drift of the tops, from the scratch to the state.
@@ -142,7 +142,7 @@ fn kick_and_drift(model: &Model, state: &mut State, scratch: &mut Scratch) {
             sums,
         }
     });
-    on_threads(pool.as_ref(), *level, kicks);
+    on_threads(pool.as_deref(), *level, kicks);
 }
 
 /// Free motion of a chunk from the state to the middle of the step, into the scratch.
