@@ -42,6 +42,7 @@ pub mod lanes;
 pub mod minima;
 pub mod patch;
 pub mod plane;
+pub mod polynomial;
 pub mod rotation;
 pub mod span;
 pub mod sphere;

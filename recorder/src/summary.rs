@@ -30,6 +30,8 @@ pub struct Summary {
     pub capsules: usize,
     /// Boxes in the scene.
     pub boxes: usize,
+    /// Polynomial bodies in the scene.
+    pub polynomials: usize,
     /// Steps done (step 0 is not one).
     pub steps: u64,
     /// Steps that the scene asks for.
@@ -114,6 +116,7 @@ impl Summary {
             spheres: scene.spheres.len(),
             capsules: scene.capsules.len(),
             boxes: scene.boxes.len(),
+            polynomials: scene.polynomials.len(),
             steps: counts.step_records.saturating_sub(1),
             steps_planned: scene.time.step_count(),
             sim_time_s: sums.sim_time_s,
@@ -239,6 +242,7 @@ impl fmt::Display for Summary {
             (self.spheres, "sphere", "spheres"),
             (self.capsules, "capsule", "capsules"),
             (self.boxes, "box", "boxes"),
+            (self.polynomials, "polynomial body", "polynomial bodies"),
         ] {
             if count > 0 {
                 bodies += &format!(", {}", plural(count, one, many));

@@ -1,6 +1,6 @@
 //! Renders the initial state of a scene file to a PNG: `cargo run --release --example still -- SCENE PNG [KEY=VALUE ..]`.
 
-use render_node::{RenderModel, png_bytes, render};
+use render_node::{RenderModel, initial_states, png_bytes, render};
 use schemas::scene::Scene;
 use std::num::NonZeroUsize;
 
@@ -14,7 +14,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (model, _) = RenderModel::compile(&scene);
     let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
     let start = std::time::Instant::now();
-    let film = render(&model, &scene.initial_bodies(), 0, scene.seed, threads)?;
+    let film = render(&model, &initial_states(&scene)?, 0, scene.seed, threads)?;
     let seconds = start.elapsed().as_secs_f64();
     println!("{} rays, {seconds:.2} s, film {}", film.rays, film.hash().short());
     std::fs::write(picture, png_bytes(&film, scene.render.exposure)?)?;

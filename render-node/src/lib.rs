@@ -1,4 +1,4 @@
-//! An exact, deterministic path tracer of rings, spheres and planes.
+//! An exact, deterministic path tracer of rings, spheres, capsules, boxes, polynomial bodies and planes.
 //!
 //! Tori are not approximated: a ray meets the surface itself (see [`geometry::torus`]). A frame is a function of
 //! the scene, the state, the frame's number and the seed; the number of threads does not change a bit of it.
@@ -48,6 +48,7 @@ mod picture;
 mod ray;
 mod sampler;
 mod sieve;
+mod solids;
 mod world;
 
 pub mod node;
@@ -59,4 +60,5 @@ pub use model::RenderModel;
 pub use picture::{png_bytes, srgb_bytes, srgb_code};
 pub use ray::Ray;
 pub use sampler::Sampler;
+pub use solids::initial_states;
 pub use world::{Hit, PoseError, World};

@@ -2,7 +2,9 @@
 
 use crate::camera::Camera;
 use crate::light::AreaLight;
+use crate::solids::SolidShape;
 use geometry::Vec3;
+use geometry::polynomial::SolidError;
 use schemas::plan::Plan;
 use schemas::scene::Scene;
 use schemas::scene::render::{Look, Render};
@@ -15,6 +17,8 @@ pub struct RenderModel {
     pub(crate) camera: Camera,
     pub(crate) rings: Vec<RingShape>,
     pub(crate) spheres: Vec<SphereShape>,
+    /// Capsules, boxes and polynomial bodies, with their looks.
+    pub(crate) solids: Vec<(SolidShape, u32)>,
     pub(crate) planes: Vec<PlaneShape>,
     pub(crate) lights: Vec<AreaLight>,
     pub(crate) sky: Sky,
@@ -83,17 +87,31 @@ impl RenderModel {
     ///
     /// # Panics
     ///
-    /// If the scene still has weaves: [`Scene::parse`] lays them out.
+    /// If the scene still has weaves: [`Scene::parse`] lays them out. If a polynomial's formula is not that of a body:
+    /// see [`RenderModel::try_compile`].
     pub fn compile(scene: &Scene) -> (RenderModel, Plan) {
+        Self::try_compile(scene).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// The same for a scene that no simulator has accepted.
+    ///
+    /// # Errors
+    ///
+    /// [`SolidError`] if a polynomial's formula is not that of a body.
+    ///
+    /// # Panics
+    ///
+    /// If the scene still has weaves.
+    pub fn try_compile(scene: &Scene) -> Result<(RenderModel, Plan), SolidError> {
         Self::compile_with(scene, false)
     }
 
     /// The same with nothing left out: slower, and the same bits. For tests.
     pub fn compile_with_everything(scene: &Scene) -> RenderModel {
-        Self::compile_with(scene, true).0
+        Self::compile_with(scene, true).unwrap_or_else(|error| panic!("{error}")).0
     }
 
-    fn compile_with(scene: &Scene, everything: bool) -> (RenderModel, Plan) {
+    fn compile_with(scene: &Scene, everything: bool) -> Result<(RenderModel, Plan), SolidError> {
         assert!(scene.weaves.is_empty(), "{} weaves are not laid out: use Scene::parse", scene.weaves.len());
         let render = &scene.render;
         let mut looks = Looks::new(render);
@@ -108,6 +126,9 @@ impl RenderModel {
             .iter()
             .map(|sphere| SphereShape { radius: sphere.radius_m, look: looks.of_material(&sphere.material) });
         let spheres = spheres.collect::<Vec<_>>();
+        let solids =
+            SolidShape::of(scene)?.into_iter().map(|(shape, material)| (shape, looks.of_material(material)));
+        let solids = solids.collect::<Vec<_>>();
         let planes = scene.planes.iter().map(|plane| {
             let normal = Vec3::from(plane.normal);
             let look = looks.of_material(&plane.material);
@@ -127,16 +148,20 @@ impl RenderModel {
             features: Features {
                 sky: everything || plan.needs("light/sky"),
                 area_lights: !lights.is_empty() && (everything || plan.needs("light/area")),
-                bodies: everything || plan.needs("shape/ring") || plan.needs("shape/sphere"),
+                bodies: everything
+                    || ["ring", "sphere", "capsule", "box", "polynomial"]
+                        .iter()
+                        .any(|name| plan.needs(&format!("shape/{name}"))),
             },
             render: render.clone(),
             rings,
             spheres,
+            solids,
             planes,
             lights,
             looks: looks.compiled,
         };
-        (model, plan)
+        Ok((model, plan))
     }
 
     /// The settings of the picture.
@@ -144,9 +169,9 @@ impl RenderModel {
         &self.render
     }
 
-    /// Number of moving bodies, rings and spheres together.
+    /// Number of moving bodies: all but planes.
     pub fn body_count(&self) -> usize {
-        self.rings.len() + self.spheres.len()
+        self.rings.len() + self.spheres.len() + self.solids.len()
     }
 
     /// A ray does not meet a surface nearer to its origin than this, in metres, so that it does not meet the
@@ -157,6 +182,7 @@ impl RenderModel {
     pub(crate) fn ray_start(&self) -> f64 {
         let radii = self.rings.iter().map(|ring| ring.minor_radius);
         let radii = radii.chain(self.spheres.iter().map(|sphere| sphere.radius));
+        let radii = radii.chain(self.solids.iter().map(|(shape, _)| shape.detail()));
         1e-6 * radii.fold(1.0, |least, radius| if radius < least { radius } else { least })
     }
 }
@@ -204,6 +230,22 @@ fn plan(scene: &Scene, lights: &[AreaLight]) -> Plan {
     plan.push("shape/ring", !scene.rings.is_empty(), counted(scene.rings.len(), "ring"));
     plan.push("shape/sphere", !scene.spheres.is_empty(), counted(scene.spheres.len(), "sphere"));
     plan.push("shape/plane", !scene.planes.is_empty(), counted(scene.planes.len(), "plane"));
+    // Shapes that few scenes have are told of where they are.
+    let others = [
+        ("capsule", scene.capsules.len(), "capsule"),
+        ("box", scene.boxes.len(), "solid box"),
+        ("polynomial", scene.polynomials.len(), "polynomial"),
+    ];
+    for (name, count, what) in others {
+        if count > 0 {
+            let reason = if name == "box" && count > 1 {
+                format!("{count} solid boxes")
+            } else {
+                counted(count, what)
+            };
+            plan.push(&format!("shape/{name}"), true, reason);
+        }
+    }
     let lit = lights.iter().filter(|light| light.is_lit()).count();
     plan.push(
         "light/area",

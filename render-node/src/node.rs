@@ -6,6 +6,7 @@ use crate::model::RenderModel;
 use crate::picture::png_bytes;
 use crate::world::PoseError;
 use bus::{Bus, BusError, BusName, Message, Publisher, Received, Subscriber};
+use geometry::polynomial::SolidError;
 use prost::Message as _;
 use schemas::frame::{CompressedImage, FrameInfo};
 use schemas::plan::Plan;
@@ -69,6 +70,9 @@ pub enum NodeError {
         /// Messages that came.
         messages: u64,
     },
+    /// A polynomial body's formula is not that of a body.
+    #[error("the scene cannot be shown: {0}")]
+    Surface(#[from] SolidError),
     /// The scene's message is not a scene.
     #[error("the message on topic scene cannot be read as a scene: {0}; are all processes of one version?")]
     SceneJson(#[source] serde_json::Error),
@@ -160,7 +164,7 @@ fn render_all(
         return Ok(RenderProgress { stopped: true, ..done });
     };
     let scene = scene.with_render(&options.overrides)?;
-    let (model, plan) = RenderModel::compile(&scene);
+    let (model, plan) = RenderModel::try_compile(&scene)?;
     let threads = options.threads.or(std::thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
     done.frame_count = scene.time.frame_count();
     let mut next_frame = 0;

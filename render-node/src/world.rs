@@ -8,6 +8,7 @@ use crate::light::AreaLight;
 use crate::model::{PlaneShape, RenderModel};
 use crate::ray::{Ray, Vertex};
 use crate::sieve::Outline;
+use crate::solids::SolidFrame;
 use geometry::{Aabb, Circle, Vec3, plane, rotation, sphere, torus};
 use nalgebra::{Quaternion, UnitQuaternion};
 use schemas::state::BodyState;
@@ -17,7 +18,8 @@ use schemas::state::BodyState;
 pub struct Hit {
     /// Distance from the ray's origin, in metres.
     pub distance: f64,
-    /// Number of the surface: rings, spheres, planes and lights, in this order and each as in the scene.
+    /// Number of the surface: rings, spheres, capsules, boxes, polynomials, planes and lights, in this order and each as
+    /// in the scene.
     pub surface: u32,
 }
 
@@ -42,12 +44,13 @@ pub struct World<'a> {
     bvh: Bvh,
 }
 
-/// Rings and spheres in their places.
+/// Bodies in their places.
 #[derive(Debug)]
 pub(crate) struct Bodies<'a> {
     model: &'a RenderModel,
     rings: Vec<RingFrame>,
     sphere_centres: Vec<Vec3>,
+    solids: Vec<SolidFrame>,
     ray_start: f64,
 }
 
@@ -106,7 +109,8 @@ impl<'a> World<'a> {
                 return Err(PoseError::Pose { body, position_m, orientation });
             }
         }
-        let (rings, spheres) = states.split_at(model.rings.len());
+        let (rings, others) = states.split_at(model.rings.len());
+        let (spheres, solids) = others.split_at(model.spheres.len());
         let rings = model.rings.iter().zip(rings).map(|(shape, state)| {
             let [x, y, z, w] = state.orientation;
             let (u, w, normal) = rotation::axes(&UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z)));
@@ -116,7 +120,8 @@ impl<'a> World<'a> {
         });
         let sphere_centres = spheres.iter().map(|state| Vec3::from(state.position_m)).collect();
         let ray_start = model.ray_start();
-        let bodies = Bodies { model, rings: rings.collect(), sphere_centres, ray_start };
+        let solids = solids.iter().map(SolidFrame::new).collect();
+        let bodies = Bodies { model, rings: rings.collect(), sphere_centres, solids, ray_start };
         let bvh = Bvh::new(&bodies.boxes(), &bodies.outlines());
         Ok(World { model, bodies, bvh })
     }
@@ -226,9 +231,9 @@ fn square(coordinate: f64) -> i64 {
 }
 
 impl Bodies<'_> {
-    /// Rings and spheres together.
+    /// All bodies but planes.
     pub(crate) fn count(&self) -> u32 {
-        (self.rings.len() + self.sphere_centres.len()) as u32
+        (self.rings.len() + self.sphere_centres.len() + self.solids.len()) as u32
     }
 
     /// Distance to the first hit of one body: a function of the ray and the body alone.
@@ -249,7 +254,12 @@ impl Bodies<'_> {
             );
         }
         let sphere = body - self.rings.len();
-        let (centre, radius) = (&self.sphere_centres[sphere], self.model.spheres[sphere].radius);
+        let Some(centre) = self.sphere_centres.get(sphere) else {
+            let solid = sphere - self.sphere_centres.len();
+            let shape = &self.model.solids[solid].0;
+            return self.solids[solid].hit(shape, &ray.origin, &ray.direction, self.ray_start);
+        };
+        let radius = self.model.spheres[sphere].radius;
         sphere::ray_sphere(&ray.origin, &ray.direction, centre, radius, self.ray_start)
     }
 
@@ -261,10 +271,14 @@ impl Bodies<'_> {
             // On the outer half the tangent plane has the whole ring on one side.
             let beyond = local.x * local.x + local.y * local.y >= ring.major_radius * ring.major_radius;
             (outward, self.model.rings[index].look, beyond)
-        } else {
+        } else if let Some(centre) = self.sphere_centres.get(index - self.rings.len()) {
             let sphere = index - self.rings.len();
-            let outward = sphere::normal(&point, &self.sphere_centres[sphere]);
-            (outward, self.model.spheres[sphere].look, true)
+            (sphere::normal(&point, centre), self.model.spheres[sphere].look, true)
+        } else {
+            let solid = index - self.rings.len() - self.sphere_centres.len();
+            let (shape, look) = &self.model.solids[solid];
+            let (outward, bulges) = self.solids[solid].outward(shape, &point);
+            (outward, *look, bulges)
         };
         let from_outside = outward.dot(&ray.direction) <= 0.0;
         Vertex {
@@ -283,7 +297,9 @@ impl Bodies<'_> {
         });
         let spheres = self.sphere_centres.iter().zip(&self.model.spheres);
         let spheres = spheres.map(|(centre, shape)| sphere::bounding_box(centre, shape.radius));
-        rings.chain(spheres).collect()
+        let solids = self.solids.iter().zip(&self.model.solids);
+        let solids = solids.map(|(frame, (shape, _))| frame.bounding_box(shape));
+        rings.chain(spheres).chain(solids).collect()
     }
 
     /// Outlines of all bodies for the sieve, by number.
@@ -303,7 +319,9 @@ impl Bodies<'_> {
             half_height: f64::INFINITY,
             hole_radius: -1.0,
         });
-        rings.chain(spheres).collect()
+        let solids = self.solids.iter().zip(&self.model.solids);
+        let solids = solids.map(|(frame, (shape, _))| frame.outline(shape));
+        rings.chain(spheres).chain(solids).collect()
     }
 }
 

@@ -24,7 +24,7 @@ pub struct StateHeader {
     pub state_hash: Hash,
 }
 
-/// One moving body: rings first, then spheres, capsules and boxes, each in scene order. 104 bytes. World frame, SI
+/// One moving body: rings first, then spheres, capsules, boxes and polynomials, each in scene order. 104 bytes. World frame, SI
 /// units.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Pod, Zeroable, Serialize, Deserialize)]
 #[repr(C)]
@@ -67,7 +67,7 @@ pub struct ContactState {
 pub struct StateMessage {
     /// Step, time and hash.
     pub header: StateHeader,
-    /// Rings, spheres, capsules, boxes.
+    /// Rings, spheres, capsules, boxes, polynomials.
     pub bodies: Vec<BodyState>,
     /// Contact history; empty without friction.
     pub contacts: Vec<ContactState>,

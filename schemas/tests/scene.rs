@@ -1,6 +1,6 @@
 //! Scene files: what is read, what is refused, and how the refusal reads.
 
-use schemas::scene::{BroadPhase, Scene, SceneError};
+use schemas::scene::{BroadPhase, OnRisk, Scene, SceneError};
 
 const SMALL: &str = r#"
 [time]
@@ -405,4 +405,33 @@ fn broad_phase_is_a_choice_that_is_written_only_when_made() {
     assert_eq!(serde_json::from_str::<Scene>(&text).expect("its own JSON"), chosen);
     let refused = error(SMALL, &["method.broad_phase=range-trie"]);
     assert!(refused.contains("range-trie") && refused.contains("range-tree"), "{refused}");
+}
+
+#[test]
+fn an_automatic_step_is_a_word_in_the_file_and_a_number_in_the_log() {
+    let scene = parse(&["time.time_step_s=auto", "time.frames_per_second=50"]);
+    assert!(scene.time.automatic);
+    assert_eq!(scene.time.time_step_s, 0.02, "a frame's interval until it is resolved");
+    let text = serde_json::to_string(&scene).expect("JSON");
+    let back: Scene = serde_json::from_str(&text).expect("its own JSON");
+    assert!(!back.time.automatic && back.time.time_step_s == 0.02);
+    assert_eq!(parse(&["time.time_step_s=1", "time.frames_per_second=1"]).time.time_step_s, 1.0);
+    let refused = error(SMALL, &["time.time_step_s=automatic"]);
+    assert!(
+        refused.contains("automatic") && refused.contains("a number of seconds, or \"auto\""),
+        "{refused}"
+    );
+    let refused = error(SMALL, &["time.time_step_s=auto", "time.frames_per_second=nan"]);
+    assert!(refused.starts_with("time.frames_per_second = NaN"), "{refused}");
+}
+
+#[test]
+fn what_is_done_on_risk_and_the_error_estimate_are_written_only_when_chosen() {
+    let plain = serde_json::to_string(&parse(&[])).expect("JSON");
+    assert!(!plain.contains("on_risk") && !plain.contains("error_estimate") && !plain.contains("tolerance"));
+    let chosen = parse(&["method.on_risk=subdivide", "record.error_estimate=true", "method.tolerance=1e-4"]);
+    assert_eq!(chosen.method.on_risk, OnRisk::Subdivide);
+    let text = serde_json::to_string(&chosen).expect("JSON");
+    assert_eq!(serde_json::from_str::<Scene>(&text).expect("its own JSON"), chosen);
+    assert!(error(SMALL, &["method.on_risk=go"]).contains("subdivide"));
 }

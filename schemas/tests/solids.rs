@@ -59,3 +59,37 @@ fn capsules_and_boxes_are_checked() {
     assert!(error(&text, &["box.0.material=\"stele\""]).contains("did you mean \"steel\"?"));
     assert!(error(&text, &["capsule.0.orientation=[0.0, 0.0, 0.0, 2.0]"]).contains("length 1"));
 }
+
+#[test]
+fn polynomials_are_checked() {
+    let text = format!(
+        "{SMALL}\n[[polynomial]]\nformula = \"x^2 + y^2 + z^2 - 1\"\nbounding_radius_m = 1.1\nmass_kg = 1.0\n\
+         material = \"steel\"\nposition_m = [0.0, 5.0, -0.0]\n"
+    );
+    let scene = Scene::parse(&text, &[]).expect("the scene is right");
+    assert_eq!((scene.body_count(), scene.polynomials[0].scale_m), (1, 1.0));
+    assert_eq!(scene.body_name(0), "polynomial 0");
+    let json = serde_json::to_string(&scene).expect("a scene is JSON");
+    assert!(
+        !json.contains("density_kg_per_m3") && !json.contains("capsule"),
+        "what is not there is not written"
+    );
+    assert_eq!(serde_json::from_str::<Scene>(&json).expect("its own JSON"), scene);
+    for key in ["scale_m", "bounding_radius_m", "mass_kg"] {
+        for value in ["nan", "inf", "-inf", "0.0", "-1.0"] {
+            let refused = error(&text, &[&format!("polynomial.0.{key}={value}")]);
+            let expected = format!("polynomial[0].{key} = ");
+            assert!(refused.starts_with(&expected) && refused.contains("a positive number"), "{refused}");
+        }
+    }
+    let refused = error(&text, &["polynomial.0.density_kg_per_m3=2.0"]);
+    assert!(
+        refused.contains("given beside density_kg_per_m3: expected either mass_kg or density"),
+        "{refused}"
+    );
+    let light = text.replace("mass_kg = 1.0\n", "");
+    assert!(error(&light, &[]).contains("mass_kg = not given: expected either mass_kg or density_kg_per_m3"));
+    let dense = ["polynomial.0.density_kg_per_m3=2.0".to_owned()];
+    assert_eq!(Scene::parse(&light, &dense).expect("a density will do").polynomials[0].mass_kg, None);
+    assert!(error(&light, &["polynomial.0.density_kg_per_m3=0.0"]).contains("a positive number"));
+}

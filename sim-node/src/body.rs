@@ -1,8 +1,9 @@
 //! Constants of one rigid body: mass, inertia, size, and how drag slows it within a step.
 
 use crate::drag;
+use geometry::polynomial::Solid;
 use geometry::{Circle, GaussRule, Vec3, capsule, cuboid};
-use schemas::scene::{Capsule, Cuboid, Drag, Forces, Ring, Sphere};
+use schemas::scene::{Capsule, Cuboid, Drag, Forces, Polynomial, Ring, Sphere};
 
 /// The shape of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,6 +34,15 @@ pub enum Shape {
         /// Radius of its edges, in metres.
         edge_radius_m: f64,
     },
+    /// A solid body bounded by a polynomial.
+    Polynomial {
+        /// Number of its surface in the model.
+        surface: u32,
+        /// Radius of a ball about the centre of mass that holds it, in metres.
+        bounding_radius_m: f64,
+        /// Half extents, along its principal axes, of a box about the centre of mass that holds it, in metres.
+        half_extents_m: Vec3,
+    },
 }
 
 impl Shape {
@@ -45,6 +55,7 @@ impl Shape {
             Shape::Box { core_m, edge_radius_m } => {
                 (0.0, edge_radius_m, core_m.norm_squared().sqrt() + edge_radius_m)
             }
+            Shape::Polynomial { bounding_radius_m, .. } => (0.0, 0.0, bounding_radius_m),
         }
     }
 
@@ -56,6 +67,7 @@ impl Shape {
                 Some(Vec3::new(radius_m, radius_m, half_length_m + radius_m))
             }
             Shape::Box { core_m, edge_radius_m } => Some(core_m.add_scalar(edge_radius_m)),
+            Shape::Polynomial { half_extents_m, .. } => Some(half_extents_m),
         }
     }
 }
@@ -162,6 +174,23 @@ impl Body {
         Body::new(shape, cuboid.mass_kg, inertia, (cuboid.pinned, false), material, drag::NONE, time_step)
     }
 
+    /// A body bounded by a polynomial, with its surface and the number of that.
+    pub(crate) fn polynomial(
+        body: &Polynomial,
+        (solid, surface): (&Solid, u32),
+        material: u32,
+        time_step: f64,
+    ) -> Body {
+        let mass = match (body.mass_kg, body.density_kg_per_m3) {
+            (Some(mass), _) => mass,
+            (None, density) => solid.volume_m3() * density.expect("a resolved scene has one of the two"),
+        };
+        let (bounding_radius_m, half_extents_m) = (solid.bounding_radius_m(), solid.half_extents_m());
+        let shape = Shape::Polynomial { surface, bounding_radius_m, half_extents_m };
+        let inertia = solid.inertia(mass);
+        Body::new(shape, mass, inertia, (body.pinned, false), material, drag::NONE, time_step)
+    }
+
     /// Velocity per impulse at a point that is at most `lever` from the centre (1/kg), in any direction.
     pub(crate) fn mobility_at(&self, lever: f64) -> f64 {
         self.anywhere.unwrap_or(self.inverse_mass + lever * lever * self.inverse_transverse)
@@ -204,6 +233,15 @@ impl Body {
         let across = angular - normal * about;
         0.5 * self.inertia_transverse_kg_m2 * across.norm_squared()
             + 0.5 * self.inertia_axial_kg_m2 * about * about
+    }
+
+    /// Makes the constants of drag for another time step (s).
+    pub(crate) fn take_time_step(&mut self, time_step: f64) {
+        let [linear, transverse, axial] =
+            [&self.linear_drag, &self.transverse_drag, &self.axial_drag].map(|decay| decay.drag);
+        self.linear_drag = Decay::new(linear, self.mass_kg, time_step);
+        self.transverse_drag = Decay::new(transverse, self.inertia_transverse_kg_m2, time_step);
+        self.axial_drag = Decay::new(axial, self.inertia_axial_kg_m2, time_step);
     }
 
     fn new(

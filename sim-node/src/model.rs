@@ -6,15 +6,18 @@ use crate::contact::material::{NormalLaw, PairMaterial};
 use crate::contact::surface::samples::PURPOSE;
 use crate::motion::{Drive, Driven};
 use crate::plan::Features;
-use crate::{motion, overlap, plan, stability};
+use crate::{motion, overlap, plan, polynomials, stability};
+use geometry::polynomial::Solid;
 use geometry::{Circle, Vec3};
 use schemas::plan::Plan;
 use schemas::scene::{
-    self, ContactLaw, Forces, Integrator, Material, Scene, SurfaceAverage, SurfaceIntegral, SurfaceSampler,
-    Time,
+    self, ContactLaw, Forces, Integrator, Material, OnRisk, Scene, SurfaceAverage, SurfaceIntegral,
+    SurfaceSampler, Time,
 };
 use schemas::state::BodyState;
 use std::fmt;
+
+pub use crate::refusal::ModelError;
 
 /// A scene, compiled: constants of bodies and pairs of materials, the starting poses, the rings that are
 /// linked, and what the scene needs of the program.
@@ -22,8 +25,10 @@ use std::fmt;
 pub struct Model {
     bodies: Vec<Body>,
     ring_count: usize,
-    /// Numbers of spheres, capsules and boxes, which follow the rings in this order.
-    other_counts: [usize; 3],
+    /// Numbers of spheres, capsules, boxes and polynomials, which follow the rings in this order.
+    other_counts: [usize; 4],
+    /// The surfaces of the polynomials.
+    surfaces: Vec<Solid>,
     planes: Vec<HalfSpace>,
     material_count: usize,
     pair_materials: Vec<PairMaterial>,
@@ -35,6 +40,7 @@ pub struct Model {
     gravity: Vec3,
     time: Time,
     method: scene::Method,
+    error_estimate: bool,
     seed: u64,
     broad_phase: Method,
     grid_radius: f64,
@@ -52,8 +58,8 @@ pub struct HalfSpace {
     pub(crate) material: u32,
 }
 
-/// A body, named as a person counts them in the scene: rings (woven ones first), spheres, capsules, boxes and
-/// planes, each from 0.
+/// A body, named as a person counts them in the scene: rings (woven ones first), spheres, capsules, boxes,
+/// polynomials and planes, each from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum BodyName {
     /// `ring N`.
@@ -64,6 +70,8 @@ pub enum BodyName {
     Capsule(usize),
     /// `box N`.
     Box(usize),
+    /// `polynomial N`.
+    Polynomial(usize),
     /// `plane N`.
     Plane(usize),
 }
@@ -75,6 +83,7 @@ impl fmt::Display for BodyName {
             BodyName::Sphere(index) => write!(f, "sphere {index}"),
             BodyName::Capsule(index) => write!(f, "capsule {index}"),
             BodyName::Box(index) => write!(f, "box {index}"),
+            BodyName::Polynomial(index) => write!(f, "polynomial {index}"),
             BodyName::Plane(index) => write!(f, "plane {index}"),
         }
     }
@@ -87,56 +96,6 @@ pub struct Compile {
     pub everything_on: bool,
     /// A time step beyond the stability bound is accepted: for studies of what happens there.
     pub beyond_stability_bound: bool,
-}
-
-/// A scene that reads well and cannot be simulated.
-#[derive(Debug, thiserror::Error, PartialEq)]
-pub enum ModelError {
-    /// Two bodies overlap at the start: their contact would fling them apart.
-    #[error(
-        "{a} and {b} overlap at the start: their gap is {gap_m:e} m, expected 0 or more; move one of them, \
-         or make it smaller"
-    )]
-    Overlap {
-        /// One body.
-        a: BodyName,
-        /// The other.
-        b: BodyName,
-        /// Their gap (m); negative.
-        gap_m: f64,
-    },
-    /// The time step is too long for the stiffest contact, for drag or for spin.
-    #[error(
-        "time.time_step_s = {time_step_s:e}: expected at most {largest_s:e} s, the bound set by {cause}; \
-         take a smaller step or a softer material"
-    )]
-    TimeStep {
-        /// The step as given (s).
-        time_step_s: f64,
-        /// The largest step that is accepted (s).
-        largest_s: f64,
-        /// What sets the bound.
-        cause: String,
-    },
-    /// A contact law that has no answer for a shape.
-    #[error(
-        "method.contact_law = {law}: expected rings, spheres and planes only, and there is {body}; take it out, or \
-         take the law centreline-arc"
-    )]
-    Law {
-        /// The law, as the scene writes it.
-        law: &'static str,
-        /// The first body that it cannot take.
-        body: BodyName,
-    },
-    /// More bodies than 32-bit numbers can name.
-    #[error("{count} bodies: expected at most {largest}")]
-    TooManyBodies {
-        /// Bodies and planes in the scene.
-        count: usize,
-        /// The largest number.
-        largest: usize,
-    },
 }
 
 impl Model {
@@ -170,19 +129,34 @@ impl Model {
         if count > COUNT_MAX {
             return Err(ModelError::TooManyBodies { count, largest: COUNT_MAX });
         }
-        let mut model = Model::lay_out(scene);
+        let mut model = Model::lay_out(scene)?;
         model.check_law()?;
-        let (features, plan) = plan::make(scene, &model, how.everything_on);
+        polynomials::refuse_pairs(&model)?;
+        let (features, mut plan) = plan::make(scene, &model, how.everything_on);
         model.features = features;
         model.linked_pairs = overlap::check_and_find_links(&model)?;
         model.count_contacts();
         let stability::Bound { largest_s, cause } = stability::bound(scene, &model);
         model.largest_time_step_s = largest_s;
-        let time_step_s = scene.time.time_step_s;
-        if time_step_s > largest_s && !how.beyond_stability_bound {
+        if scene.time.automatic {
+            model = model.with_time_step(stability::automatic_step(&scene.time, largest_s));
+            model.time.automatic = false;
+        }
+        let time_step_s = model.time.time_step_s;
+        let in_parts = model.method.on_risk == OnRisk::Subdivide;
+        if time_step_s > largest_s && !how.beyond_stability_bound && !in_parts {
             return Err(ModelError::TimeStep { time_step_s, largest_s, cause });
         }
+        plan::time_step(scene, largest_s, &cause, time_step_s, &mut plan);
         Ok((model, plan))
+    }
+
+    /// The same model with another time step (s), whatever its stability bound.
+    pub(crate) fn with_time_step(&self, time_step_s: f64) -> Model {
+        let mut model = self.clone();
+        model.time.time_step_s = time_step_s;
+        model.bodies.iter_mut().for_each(|body| body.take_time_step(time_step_s));
+        model
     }
 
     /// Refuses shapes that the contact law has no answer for.
@@ -206,7 +180,7 @@ impl Model {
         }
     }
 
-    fn lay_out(scene: &Scene) -> Model {
+    fn lay_out(scene: &Scene) -> Result<Model, ModelError> {
         let time_step = scene.time.time_step_s;
         let Forces { gravity_m_per_s2, .. } = scene.forces;
         let names: Vec<&String> = scene.materials.keys().collect();
@@ -219,7 +193,13 @@ impl Model {
         let spheres = scene.spheres.iter().map(|s| Body::sphere(s, material(&s.material), time_step));
         let capsules = scene.capsules.iter().map(|c| Body::capsule(c, material(&c.material), time_step));
         let boxes = scene.boxes.iter().map(|b| Body::cuboid(b, material(&b.material), time_step));
-        let bodies: Vec<Body> = rings.chain(spheres).chain(capsules).chain(boxes).collect();
+        let mut bodies: Vec<Body> = rings.chain(spheres).chain(capsules).chain(boxes).collect();
+        let mut initial = scene.initial_bodies();
+        let surfaces = polynomials::compile(scene, &mut initial)?;
+        for ((number, polynomial), solid) in (0..).zip(&scene.polynomials).zip(&surfaces) {
+            let material = material(&polynomial.material);
+            bodies.push(Body::polynomial(polynomial, (solid, number), material, time_step));
+        }
         let mut pair_materials = Vec::with_capacity(materials.len() * materials.len());
         for a in &materials {
             pair_materials.extend(materials.iter().map(|b| PairMaterial::new(a, b)));
@@ -236,11 +216,16 @@ impl Model {
                 grid_radius = body.bounding_radius;
             }
         }
-        let mut initial = scene.initial_bodies();
         let (drives, driven) = motion::compile(scene, &mut initial);
-        Model {
+        Ok(Model {
             ring_count: scene.rings.len(),
-            other_counts: [scene.spheres.len(), scene.capsules.len(), scene.boxes.len()],
+            other_counts: [
+                scene.spheres.len(),
+                scene.capsules.len(),
+                scene.boxes.len(),
+                scene.polynomials.len(),
+            ],
+            surfaces,
             planes: scene.planes.iter().map(plane).collect(),
             material_count: materials.len(),
             pair_materials,
@@ -252,16 +237,17 @@ impl Model {
             gravity: Vec3::from(gravity_m_per_s2),
             time: scene.time.clone(),
             method: scene.method.clone(),
+            error_estimate: scene.record.error_estimate,
             seed: scene.seed,
             broad_phase: broad::choose(scene.method.broad_phase, bodies.len()).0,
             grid_radius,
             largest_time_step_s: f64::INFINITY,
             features: Features::default(),
             bodies,
-        }
+        })
     }
 
-    /// The bodies' constants: rings, spheres, capsules, boxes.
+    /// The bodies' constants: rings, spheres, capsules, boxes, polynomials.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
@@ -276,15 +262,21 @@ impl Model {
         self.ring_count
     }
 
-    /// Rings, spheres and capsules, the first bodies: symmetric tops about their own z axes. Boxes follow.
+    /// Rings, spheres and capsules, the first bodies: symmetric tops about their own z axes. Boxes and
+    /// polynomials follow.
     pub(crate) fn top_count(&self) -> usize {
-        let [spheres, capsules, _] = self.other_counts;
+        let [spheres, capsules, ..] = self.other_counts;
         self.ring_count + spheres + capsules
     }
 
     /// Rings and spheres, the first bodies: those that need no carrier or field of `contact::shapes`.
     pub(crate) fn round_count(&self) -> usize {
         self.ring_count + self.other_counts[0]
+    }
+
+    /// The surface of a polynomial body.
+    pub(crate) fn solid(&self, number: u32) -> &Solid {
+        &self.surfaces[number as usize]
     }
 
     /// The fixed half-spaces; in pairs they are numbered after the bodies.
@@ -343,6 +335,11 @@ impl Model {
         &self.method
     }
 
+    /// Whether records hold an estimate of a step's error.
+    pub fn estimates_error(&self) -> bool {
+        self.error_estimate
+    }
+
     /// The contact law.
     pub fn contact_law(&self) -> ContactLaw {
         self.method.contact_law
@@ -385,7 +382,7 @@ impl Model {
             return BodyName::Ring(rest);
         }
         rest -= self.ring_count;
-        let names = [BodyName::Sphere, BodyName::Capsule, BodyName::Box];
+        let names = [BodyName::Sphere, BodyName::Capsule, BodyName::Box, BodyName::Polynomial];
         for (count, name) in self.other_counts.into_iter().zip(names) {
             if rest < count {
                 return name(rest);

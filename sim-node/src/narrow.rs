@@ -91,7 +91,7 @@ impl Narrow<'_> {
             }
         }
         if b >= round {
-            let placed = |body, frame| Placed { body, frame };
+            let placed = |body, frame| Placed { model: self.model, body, frame };
             let back = Pair {
                 a: circle_b,
                 a_minor_radius: body_b.minor_radius,
@@ -151,7 +151,7 @@ impl Narrow<'_> {
             }
         }
         if is_solid {
-            let placed = Placed { body, frame: circle };
+            let placed = Placed { model: self.model, body, frame: circle };
             pairs::on_plane::<DAMPED, FRICTION>(&pair, placed, plane, material.point, &slip, forces);
         } else if is_ring {
             ring_plane::<DAMPED, FRICTION>(&pair, plane, &slip, forces);

@@ -231,9 +231,11 @@ pub fn run(
     let path = || options.scene.clone();
     let text =
         std::fs::read_to_string(&options.scene).map_err(|source| NodeError::Read { path: path(), source })?;
-    let scene = Scene::parse_seeded(&text, &options.set, options.seed)
+    let mut scene = Scene::parse_seeded(&text, &options.set, options.seed)
         .map_err(|source| NodeError::Scene { path: path(), source })?;
     let (model, plan) = Model::compile(&scene).map_err(|source| NodeError::Model { path: path(), source })?;
+    // The log holds the step that was taken, also where the file leaves it open.
+    scene.time = model.time().clone();
     let message = scene_message(scene.clone(), plan);
     let bytes = MessageBytes { scene: message.len(), state: state_bytes(&model) };
     let mut taking_part = Vec::new();

@@ -56,7 +56,7 @@ pub(crate) fn gap(model: &Model, circles: &[Circle], a: u32, b: u32) -> f64 {
     let Some(body_b) = model.bodies().get(b as usize) else {
         let plane = &model.planes()[b as usize - model.body_count()];
         if a as usize >= model.round_count() {
-            return pairs::plane_gap(Placed { body: body_a, frame: circle_a }, plane);
+            return pairs::plane_gap(Placed { model, body: body_a, frame: circle_a }, plane);
         }
         let height = plane.normal.dot(&circle_a.centre) - plane.offset;
         // A circle reaches below its centre by its radius times the sine of its axis' angle to the normal.
@@ -65,7 +65,7 @@ pub(crate) fn gap(model: &Model, circles: &[Circle], a: u32, b: u32) -> f64 {
     };
     let circle_b = &circles[b as usize];
     if b as usize >= model.round_count() {
-        let placed = |body, frame| Placed { body, frame };
+        let placed = |body, frame| Placed { model, body, frame };
         return pairs::gap(placed(body_a, circle_a), placed(body_b, circle_b));
     }
     let wires = body_a.minor_radius + body_b.minor_radius;

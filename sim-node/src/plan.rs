@@ -4,7 +4,7 @@ use crate::Model;
 use crate::body::Body;
 use crate::broad::{self, Method};
 use schemas::plan::Plan;
-use schemas::scene::{ContactLaw, Integrator, Scene};
+use schemas::scene::{ContactLaw, Integrator, OnRisk, Scene};
 
 /// What the plan took in, as the code asks for it: outside the inner loops, where each combination picks
 /// its own compiled variant.
@@ -64,7 +64,11 @@ pub(crate) fn make(scene: &Scene, model: &Model, everything: bool) -> (Features,
         choose(part, needed, if needed { counts.clone() } else { missing.join(", ") });
     }
 
-    let solids = [("capsule", "capsules", scene.capsules.len()), ("box", "boxes", scene.boxes.len())];
+    let solids = [
+        ("capsule", "capsules", scene.capsules.len()),
+        ("box", "boxes", scene.boxes.len()),
+        ("polynomial", "polynomials", scene.polynomials.len()),
+    ];
     let any_free = free(0..model.body_count()) > 0;
     for (one, many, count) in solids {
         let needed = count > 0 && any_free;
@@ -145,6 +149,22 @@ fn broad_phase(scene: &Scene, model: &Model, plan: &mut Plan) {
     ] {
         plan.push(part, method == chosen && count > 1, reason.clone());
     }
+}
+
+/// The time step's line of the plan: what it is, and what bounds it.
+pub(crate) fn time_step(scene: &Scene, largest_s: f64, cause: &str, time_step_s: f64, plan: &mut Plan) {
+    let mut reason = format!("{time_step_s:e} s");
+    if scene.time.automatic {
+        reason += " (\"auto\")";
+    }
+    reason += &match largest_s.is_finite() {
+        true => format!("; at most {largest_s:.4e} s, the bound set by {cause}"),
+        false => "; no bound".to_owned(),
+    };
+    plan.push("time/step", true, reason);
+    let (integrator, on_risk) = (scene.method.integrator, scene.method.on_risk);
+    let in_parts = on_risk == OnRisk::Subdivide && integrator != Integrator::Dopri5;
+    plan.push("time/subdivide", in_parts, format!("method.on_risk with {}", integrator.name()));
 }
 
 /// A choice as the scene writes it.

@@ -4,7 +4,7 @@ use crate::contact::Contact;
 use crate::overlap::gap;
 use crate::reaction::reactions;
 use crate::state::Motion;
-use crate::{Model, Scratch, State, Stop};
+use crate::{Model, Scratch, State, Stop, estimate};
 use geometry::circle::linked;
 use geometry::rotation;
 use schemas::step::{Audit, StageHashes, StepRecord};
@@ -88,6 +88,8 @@ impl Records {
             contact_energy_j,
             dissipated_energy_j: state.dissipated_energy_j,
             penetration_m,
+            error_estimate_m: (audited && model.estimates_error())
+                .then(|| estimate::step_error(model, state)),
             drive_work_j: (!model.driven().is_empty()).then_some(scratch.drive_work_j + 0.0),
             reactions: model.records_reactions().then(|| reactions(model, state, scratch)),
             audit: audited.then(|| audit(model, state)),

@@ -10,6 +10,7 @@ use geometry::lanes::Level;
 use geometry::{Circle, Vec3};
 use schemas::scene::Integrator;
 use schemas::state::ContactState;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Bodies below which threads are not worth their waking up.
@@ -31,6 +32,9 @@ pub struct Scratch {
     pub(crate) level: Level,
     /// Of the explicit Runge-Kutta methods.
     pub(crate) stages: Stages,
+    /// The model with a step halved so many times, where the step is subdivided, and the memory that goes
+    /// with the step.
+    pub(crate) parts: BTreeMap<usize, (Model, VerletScratch)>,
     pub(crate) pool: Option<Arc<rayon::ThreadPool>>,
 }
 
@@ -59,7 +63,6 @@ impl Scratch {
             Integrator::Rk4 => rk4::TABLEAU.rows.len(),
             Integrator::Dopri5 => dopri5::TABLEAU.rows.len(),
         };
-        let verlet = model.integrator() == Integrator::Verlet;
         Scratch {
             evaluation: Evaluation::new(model),
             moment: Moment {
@@ -70,9 +73,10 @@ impl Scratch {
             drive_work_j: 0.0,
             energies: None,
             evaluation_age_s: 0.0,
-            verlet: if verlet { VerletScratch::new(model) } else { VerletScratch::default() },
+            verlet: VerletScratch::of(model),
             level: Level::new(),
             stages: Stages::new(if stages > 0 { count } else { 0 }, stages),
+            parts: BTreeMap::new(),
             pool: pool.flatten().map(Arc::new),
         }
     }

@@ -4,9 +4,10 @@ use crate::forces::SlipMotion;
 use crate::integrator::{dopri5, rk4, verlet};
 use crate::model::BodyName;
 use crate::state::Motion;
+use crate::subdivide::advance_in_parts;
 use crate::{Model, Scratch, State, drag, motion, wrench::Velocity};
 use geometry::Circle;
-use schemas::scene::Integrator;
+use schemas::scene::{Integrator, OnRisk};
 use schemas::state::BodyState;
 
 /// Why a run cannot go on. The state is left as it was when this was noticed.
@@ -86,26 +87,31 @@ pub fn step(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(
     scratch.moment.random = model.random_of_step(state.step);
     scratch.drive_work_j = 0.0;
     scratch.energies = None;
-    let finite = match model.integrator() {
-        // One way into the pool and back for all of the step.
-        Integrator::Verlet => match scratch.pool.clone() {
-            Some(pool) => pool.install(|| advance_verlet(model, state, scratch)),
-            None => advance_verlet(model, state, scratch),
-        },
-        Integrator::Rk4 => {
-            rk4::advance(model, state, scratch);
-            false
-        }
-        Integrator::Dopri5 => {
-            dopri5::advance(model, state, scratch)?;
-            false
-        }
-    };
+    let in_parts = model.method().on_risk == OnRisk::Subdivide && model.integrator() != Integrator::Dopri5;
+    let finite =
+        if in_parts { advance_in_parts(model, state, scratch)? } else { advance(model, state, scratch)? };
     state.step += 1;
     state.sim_time_s = state.step as f64 * model.time().time_step_s;
     state.dissipated_energy_j += 0.0;
     motion::store(model, state.sim_time_s, &mut state.bodies);
     if finite { Ok(()) } else { check_finite(model, state) }
+}
+
+/// One step of the model's length; step number and time are the caller's. Returns whether all numbers were seen
+/// to be finite already.
+pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<bool, Stop> {
+    match model.integrator() {
+        // One way into the pool and back for all of the step.
+        Integrator::Verlet => {
+            return Ok(match scratch.pool.clone() {
+                Some(pool) => pool.install(|| advance_verlet(model, state, scratch)),
+                None => advance_verlet(model, state, scratch),
+            });
+        }
+        Integrator::Rk4 => rk4::advance(model, state, scratch),
+        Integrator::Dopri5 => dopri5::advance(model, state, scratch)?,
+    }
+    Ok(false)
 }
 
 /// A step of `verlet`, between two half steps of quadratic drag where there is any. Returns whether all
@@ -143,7 +149,7 @@ pub fn evaluate(model: &Model, state: &State, scratch: &mut Scratch) {
     scratch.energies = None;
 }
 
-fn check_finite(model: &Model, state: &State) -> Result<(), Stop> {
+pub(crate) fn check_finite(model: &Model, state: &State) -> Result<(), Stop> {
     for (index, body) in state.bodies.iter().enumerate() {
         let numbers: &[f64; 13] = bytemuck::cast_ref(body);
         // A sum is finite only if all its parts are (and it may overflow where they are: looked at below).

@@ -4,3 +4,4 @@ mod bad_input;
 mod command;
 mod lost_process;
 mod main_job;
+mod stopped_run;

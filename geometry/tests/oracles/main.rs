@@ -11,6 +11,7 @@ mod lanes;
 mod link;
 mod minima;
 mod patch;
+mod polynomial;
 mod properties;
 mod quadrature;
 mod random;

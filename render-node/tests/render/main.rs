@@ -5,5 +5,6 @@ mod edges;
 mod hits;
 mod light;
 mod picture;
+mod solids;
 mod staging;
 mod warps;

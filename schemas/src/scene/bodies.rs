@@ -197,7 +197,8 @@ pub struct Plane {
 
 impl Scene {
     /// The moving bodies of a resolved scene at step 0, in the order of a state: rings, spheres, capsules,
-    /// boxes. Pinned bodies are at rest.
+    /// boxes, polynomials. Pinned bodies are at rest. A polynomial's pose is that of its formula's frame: a state has
+    /// that of its centre of mass and principal axes, which the simulator finds.
     pub fn initial_bodies(&self) -> Vec<BodyState> {
         let moving = |pinned: bool, velocity: [f64; 3]| if pinned { [0.0; 3] } else { velocity };
         let rings = self.rings.iter().map(|ring| BodyState {

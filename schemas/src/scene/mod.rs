@@ -12,14 +12,16 @@ mod parse;
 pub mod render;
 mod solids;
 mod surface;
+mod time;
 mod validate;
 mod weave;
 
 pub use bodies::{Drag, Material, Plane, Ring, Sphere};
 pub use error::SceneError;
 pub use motion::{Interpolation, Keyframe, Motion, Shake};
-pub use solids::{Capsule, Cuboid};
+pub use solids::{Capsule, Cuboid, Polynomial};
 pub use surface::{SurfaceAverage, SurfaceIntegral, SurfaceSampler};
+pub use time::Time;
 pub use weave::{Grip, Pattern, Weave};
 
 use crate::plan::Plan;
@@ -64,6 +66,9 @@ pub struct Scene {
     /// Solid boxes.
     #[serde(default, rename = "box", skip_serializing_if = "Vec::is_empty")]
     pub boxes: Vec<Cuboid>,
+    /// Solid bodies bounded by a polynomial.
+    #[serde(default, rename = "polynomial", skip_serializing_if = "Vec::is_empty")]
+    pub polynomials: Vec<Polynomial>,
     /// Fixed half-spaces.
     #[serde(default, rename = "plane")]
     pub planes: Vec<Plane>,
@@ -75,23 +80,14 @@ pub struct Scene {
     pub render: Render,
 }
 
-/// Simulated time.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Time {
-    /// Simulated time of the whole run, in seconds.
-    pub duration_s: f64,
-    /// Simulated time of one step, in seconds.
-    pub time_step_s: f64,
-    /// Frames per second of simulated time, at most one a step; also the movie's rate.
-    #[serde(default = "Time::default_frames_per_second")]
-    pub frames_per_second: f64,
-}
-
 impl Scene {
     /// Moving bodies: what a state has one entry for.
     pub fn body_count(&self) -> usize {
-        self.rings.len() + self.spheres.len() + self.capsules.len() + self.boxes.len()
+        self.rings.len()
+            + self.spheres.len()
+            + self.capsules.len()
+            + self.boxes.len()
+            + self.polynomials.len()
     }
 
     /// The name of a moving body by its number in a state, as a person counts them: `ring 3`, `sphere 0`, `box 1`.
@@ -101,6 +97,7 @@ impl Scene {
             ("sphere", self.spheres.len()),
             ("capsule", self.capsules.len()),
             ("box", self.boxes.len()),
+            ("polynomial", self.polynomials.len()),
         ];
         let mut rest = index;
         for (name, count) in counts {
@@ -119,45 +116,6 @@ impl Scene {
     }
 }
 
-impl Time {
-    fn default_frames_per_second() -> f64 {
-        24.0
-    }
-
-    /// Steps of the whole run: the duration over the time step, rounded to nearest.
-    pub fn step_count(&self) -> u64 {
-        nearest(self.duration_s / self.time_step_s)
-    }
-
-    /// Frames of the whole run: frame `k` is taken at time `k / frames_per_second`, while that lies before
-    /// the end. A run of no duration has one frame.
-    pub fn frame_count(&self) -> u64 {
-        let frames = libm::ceil(self.duration_s * self.frames_per_second - 1e-9) as u64;
-        if frames == 0 { 1 } else { frames }
-    }
-
-    /// The step at which a frame is taken: the one nearest to the frame's time.
-    pub fn frame_step(&self, frame: u64) -> u64 {
-        nearest(frame as f64 / (self.frames_per_second * self.time_step_s))
-    }
-
-    /// Whether a step is the run's last, or a frame is taken at it: the steps of the audits.
-    pub fn is_audited(&self, step: u64) -> bool {
-        step == self.step_count() || self.frame_at(step).is_some()
-    }
-
-    /// The frame that is taken at a step, if one is.
-    pub fn frame_at(&self, step: u64) -> Option<u64> {
-        let guess = libm::floor(step as f64 * self.time_step_s * self.frames_per_second) as u64;
-        (guess.saturating_sub(1)..=guess + 1)
-            .find(|&frame| self.frame_step(frame) == step && frame < self.frame_count())
-    }
-}
-
-fn nearest(value: f64) -> u64 {
-    libm::floor(value + 0.5) as u64
-}
-
 /// How the equations of motion are solved.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -172,6 +130,9 @@ pub struct Method {
     /// second of the surface.
     #[serde(skip_serializing_if = "Method::is_default_absolute_tolerance")]
     pub absolute_tolerance: f64,
+    /// What is done about a step in which a body could pass through another.
+    #[serde(skip_serializing_if = "OnRisk::is_stop")]
+    pub on_risk: OnRisk,
     /// The law of contact.
     pub contact_law: ContactLaw,
     /// How the law `surface-integral` takes its integral.
@@ -188,6 +149,7 @@ impl Default for Method {
             integrator: Integrator::default(),
             tolerance: 1e-6,
             absolute_tolerance: 1e-9,
+            on_risk: OnRisk::default(),
             contact_law: ContactLaw::default(),
             surface: SurfaceIntegral::default(),
             broad_phase: BroadPhase::default(),
@@ -202,6 +164,26 @@ impl Method {
 
     fn is_default_absolute_tolerance(value: &f64) -> bool {
         *value == Method::default().absolute_tolerance
+    }
+}
+
+/// What is done about a step in which a body could pass through another, or which is beyond the method's
+/// stability bound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OnRisk {
+    /// A step beyond the bound is refused before the run; a broken link stops the run when it is noticed.
+    #[default]
+    Stop,
+    /// The step is made in `2^n` equal parts, as many as the state asks for; any step is accepted. `dopri5`
+    /// does so by itself.
+    Subdivide,
+}
+
+impl OnRisk {
+    /// Whether it is the default.
+    pub fn is_stop(&self) -> bool {
+        *self == OnRisk::Stop
     }
 }
 
@@ -309,6 +291,9 @@ impl Forces {
 pub struct Record {
     /// A full state every so many steps, at every frame and at the last step; a step record for every step, always.
     pub state_every: u64,
+    /// Whether the step record of each frame, and of the last step, holds an estimate of the error of a step.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub error_estimate: bool,
     /// Whether the step records tell what each pin and each prescribed motion has to bear.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub reactions: bool,
@@ -316,7 +301,7 @@ pub struct Record {
 
 impl Default for Record {
     fn default() -> Self {
-        Record { state_every: 1, reactions: false }
+        Record { state_every: 1, error_estimate: false, reactions: false }
     }
 }
 

@@ -1,6 +1,6 @@
-//! Bodies besides rings, spheres and planes: capsules, boxes.
+//! Bodies besides rings, spheres and planes: capsules, boxes, bodies of a formula.
 
-use super::validate::{not_negative, positive, refuse_number, unit, vector};
+use super::validate::{not_negative, positive, refuse, refuse_number, unit, vector};
 use super::{Scene, SceneError};
 use crate::state::BodyState;
 use serde::{Deserialize, Serialize};
@@ -62,6 +62,43 @@ pub struct Cuboid {
     pub pinned: bool,
 }
 
+/// A rigid solid body bounded by a polynomial: the points where its formula is negative.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Polynomial {
+    /// The formula in `x`, `y` and `z`, negative inside: sums, products, whole powers, parentheses and decimal numbers,
+    /// of a degree of at most 16; for example `(x^2 + y^2 + z^2 + 3)^2 - 16*(x^2 + y^2)`.
+    pub formula: String,
+    /// Metres per unit of the formula's coordinates.
+    #[serde(default = "one")]
+    pub scale_m: f64,
+    /// Radius of a ball about the formula's origin that holds the whole body, in metres; a body without such a ball is
+    /// refused.
+    pub bounding_radius_m: f64,
+    /// Mass, in kilograms; either this or the density is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass_kg: Option<f64>,
+    /// Density, in kilograms per cubic metre.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub density_kg_per_m3: Option<f64>,
+    /// Name of the material.
+    pub material: String,
+    /// Where the formula's origin is at step 0, in metres.
+    pub position_m: [f64; 3],
+    /// Unit quaternion `[x, y, z, w]` from the formula's axes to World at step 0.
+    #[serde(default = "identity")]
+    pub orientation: [f64; 4],
+    /// Velocity of the centre of mass at step 0.
+    #[serde(default)]
+    pub linear_velocity_m_per_s: [f64; 3],
+    /// Angular velocity at step 0, World axes.
+    #[serde(default)]
+    pub angular_velocity_rad_per_s: [f64; 3],
+    /// A pinned body never moves.
+    #[serde(default)]
+    pub pinned: bool,
+}
+
 /// What all solids have: a pose and a velocity at step 0.
 trait Placed {
     /// Position, orientation, linear and angular velocity, with their keys.
@@ -107,16 +144,19 @@ macro_rules! placed {
 
 placed!(Capsule);
 placed!(Cuboid);
+placed!(Polynomial);
 
 impl Scene {
     fn solids(&self) -> impl Iterator<Item = &dyn Placed> {
         let capsules = self.capsules.iter().map(|capsule| capsule as &dyn Placed);
-        capsules.chain(self.boxes.iter().map(|cuboid| cuboid as &dyn Placed))
+        let boxes = self.boxes.iter().map(|cuboid| cuboid as &dyn Placed);
+        capsules.chain(boxes).chain(self.polynomials.iter().map(|body| body as &dyn Placed))
     }
 
     fn solids_mut(&mut self) -> impl Iterator<Item = &mut dyn Placed> {
         let capsules = self.capsules.iter_mut().map(|capsule| capsule as &mut dyn Placed);
-        capsules.chain(self.boxes.iter_mut().map(|cuboid| cuboid as &mut dyn Placed))
+        let boxes = self.boxes.iter_mut().map(|cuboid| cuboid as &mut dyn Placed);
+        capsules.chain(boxes).chain(self.polynomials.iter_mut().map(|body| body as &mut dyn Placed))
     }
 
     /// The solids at step 0, in the order of a state.
@@ -162,6 +202,21 @@ impl Scene {
             validate_placed(&key, cuboid)?;
             self.material_exists(&key("material"), &cuboid.material)?;
         }
+        for (index, body) in self.polynomials.iter().enumerate() {
+            let key = |field: &str| format!("polynomial[{index}].{field}");
+            positive(&key("scale_m"), body.scale_m)?;
+            positive(&key("bounding_radius_m"), body.bounding_radius_m)?;
+            match (body.mass_kg, body.density_kg_per_m3) {
+                (Some(mass), None) => positive(&key("mass_kg"), mass)?,
+                (None, Some(density)) => positive(&key("density_kg_per_m3"), density)?,
+                (mass, _) => {
+                    let given = if mass.is_some() { "given beside density_kg_per_m3" } else { "not given" };
+                    return Err(refuse(&key("mass_kg"), given, "either mass_kg or density_kg_per_m3"));
+                }
+            }
+            validate_placed(&key, body)?;
+            self.material_exists(&key("material"), &body.material)?;
+        }
         Ok(())
     }
 }
@@ -171,6 +226,10 @@ fn validate_placed(key: &dyn Fn(&str) -> String, solid: &dyn Placed) -> Result<(
         if name == "orientation" { unit(&key(name), values)? } else { vector(&key(name), values)? }
     }
     Ok(())
+}
+
+fn one() -> f64 {
+    1.0
 }
 
 fn identity() -> [f64; 4] {

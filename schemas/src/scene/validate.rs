@@ -97,8 +97,8 @@ impl Scene {
 
     fn validate_time(&self) -> Result<(), SceneError> {
         not_negative("time.duration_s", self.time.duration_s)?;
-        positive("time.time_step_s", self.time.time_step_s)?;
         positive("time.frames_per_second", self.time.frames_per_second)?;
+        positive("time.time_step_s", self.time.time_step_s)?;
         let steps = self.time.duration_s / self.time.time_step_s;
         if steps.is_nan() || steps > STEP_COUNT_MAX {
             let expected = format!("at most {STEP_COUNT_MAX:e} steps in time.duration_s, not {steps:e}");

@@ -33,6 +33,7 @@ use bytemuck::Zeroable;
 use geometry::lanes::Line;
 use geometry::{Circle, Vec3};
 use nalgebra::{Quaternion, UnitQuaternion};
+use schemas::scene::Integrator;
 use schemas::state::BodyState;
 
 /// Blocks in a chunk: what one thread takes at a time, and what sums are made over first.
@@ -51,7 +52,11 @@ pub(crate) struct VerletScratch {
 }
 
 impl VerletScratch {
-    pub(crate) fn new(model: &Model) -> VerletScratch {
+    /// The memory that a model's steps need: none with another integrator.
+    pub(crate) fn of(model: &Model) -> VerletScratch {
+        if model.integrator() != Integrator::Verlet {
+            return VerletScratch::default();
+        }
         let tops = &model.bodies()[..model.top_count()];
         let pinned = |&index: &u32| tops[index as usize].pinned && !tops[index as usize].driven;
         VerletScratch {

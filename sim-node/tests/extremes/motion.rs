@@ -68,7 +68,7 @@ fn time_is_a_product_and_steps_are_64_bits() {
         assert_eq!((run.state.step, run.state.sim_time_s), (step, step as f64 * 1e-3));
     }
     // A sum of a billion steps would be off by about a microsecond; the frames lie on their steps still.
-    let time = Time { duration_s: 1e9, time_step_s: 1e-3, frames_per_second: 1.0 };
+    let time = Time { duration_s: 1e9, time_step_s: 1e-3, automatic: false, frames_per_second: 1.0 };
     for frame in [1, 4_000_000, 999_999_999] {
         let step = time.frame_step(frame);
         assert_eq!((step, time.frame_at(step), time.frame_at(step + 1)), (1000 * frame, Some(frame), None));

@@ -12,10 +12,15 @@ const WHOLE_CIRCLE: f64 = 1e-11;
 
 /// Two free rings that are apart, of mass 1.
 fn two(second: [f64; 2], first_more: &str) -> Run {
+    two_with_step(0.05, second, first_more)
+}
+
+/// The same with a step of this share of the bound.
+fn two_with_step(share: f64, second: [f64; 2], first_more: &str) -> Run {
     let text = head(1e-5, "verlet", K, "")
         + &ring([1.0, 0.18], 1.0, [0.0; 3], first_more)
         + &ring(second, 1.0, [0.0, 0.0, 9.0], "");
-    Run::at_bound(&parse(&text), 0.05)
+    Run::at_bound(&parse(&text), share)
 }
 
 /// No contact is stronger than all of a wire at full depth.
@@ -63,7 +68,7 @@ fn identical_rings_are_refused_and_push_nowhere() {
         ACROSS,
         "orientation = [0.18257418583505536, 0.3651483716701107, 0.5477225575051661, 0.7302967433402214]",
     ] {
-        let mut run = two([1.0, 0.18], turned);
+        let mut run = two_with_step(0.01, [1.0, 0.18], turned);
         run.state.bodies[1] = run.state.bodies[0];
         check(
             "energy, relative error",
@@ -79,7 +84,7 @@ fn identical_rings_are_refused_and_push_nowhere() {
             let force = (run.velocity(1) - before).norm() / run.time_step();
             assert!(force <= strongest(), "{force:e} N");
             let moving = run.kinetic_energy() + run.contact_energy();
-            // Touching all round is about nine times as stiff as the crossed wires that the step was made for.
+            // The first kick has any direction: what it does is gained or lost, and goes with the step.
             assert!(moving <= 1.05 * stored, "{moving:e} J from {stored:e} J");
         }
         println!("{:e} m apart in the end", (run.position(1) - run.position(0)).norm());
@@ -111,8 +116,9 @@ fn coplanar_rings_push_along_the_line_of_their_centres() {
         run.step();
         let [x, y, z] = run.state.bodies[1].linear_velocity_m_per_s;
         assert!(x > 0.0 && z == 0.0, "{x} {y} {z}");
-        check("aside, relative", y.abs() / x, 1e-13);
-        check("twist, relative", run.spin(1).norm() / x, 1e-13);
+        // At 1e-6 m the arcs' ends, and so their middle, are known to 1e-16 / 1e-3 of a radian.
+        check("aside, relative", y.abs() / x, 1e-12);
+        check("twist, relative", run.spin(1).norm() / x, 1e-12);
     }
     // One within the other: all of it touches, and nothing is left of the force.
     let mut run = two([0.74, 0.18], "");

@@ -20,6 +20,8 @@ mod samplers;
 mod scenes;
 mod sheet;
 mod solids;
+mod steps;
 mod support;
+mod surfaces;
 mod top;
 mod weaves;

@@ -1,4 +1,4 @@
-//! Contact of capsules and boxes: with each other, with rings, spheres and planes.
+//! Contact of capsules, boxes and polynomial bodies: with each other, with rings, spheres and planes.
 //!
 //! The one thing to know: one body of a pair carries the contact, by lines and points of it with a radius
 //! around them (its *wire*), and the other is a [`Field`]: the signed distance from its core. Along lines the law is
@@ -21,6 +21,12 @@
 //! taken with Gauss points on pieces no longer than `s`; where the nearest feature changes (from a face to an edge,
 //! say) the integrand has a kink in its second derivative, which costs digits: about four are left.
 //!
+//! # Polynomial bodies
+//! A polynomial body is always the field, so its other body is a ring, a sphere or a capsule; pairs of it with planes, boxes
+//! and its like are refused when the model is compiled. The distance is that of the closest point
+//! ([`geometry::polynomial::Solid`]), and where two parts of the surface are equally near, the normal jumps: a kink in
+//! the penetration, not a step of it, so the force stays continuous.
+//!
 //! # Contacts
 //! A ring has one contact for each connected arc, of more than two the third and further belong to the second. All
 //! lines and points of a capsule or box together make one contact, with one spring of friction at its force
@@ -40,9 +46,6 @@ use geometry::span::{least, negative_spans};
 use geometry::{GaussRule, Vec3};
 
 const PI: f64 = core::f64::consts::PI;
-/// Shortest piece that the search for contact cuts, in units of the field's scale: see [`geometry::span`] for what
-/// a shorter one could hold.
-const WIDTH_MIN: f64 = 1e-4;
 /// Pieces of a line in contact, at most: beyond, they get longer.
 const PIECES_MAX: f64 = 64.0;
 
@@ -117,7 +120,7 @@ pub(crate) fn ring<const DAMPED: bool, const FRICTION: bool>(
     };
     let scale = field.scale(pair.a_minor_radius);
     let half = PI * radius;
-    let spans = negative_spans(-half, half, field.bend(radius), WIDTH_MIN * scale, |t| {
+    let spans = negative_spans(-half, half, field.bend(radius), field.width_min() * scale, |t| {
         let (lever, cos, sin) = at(t);
         let (normal, distance) = meeting.distance(&lever);
         (distance - meeting.reach, normal.dot(&(pair.a.w * cos - pair.a.u * sin)))
@@ -212,7 +215,7 @@ fn add_carrier<const DAMPED: bool, const FRICTION: bool>(
     for (index, line) in carrier.lines.iter().enumerate() {
         let half = line.half.norm_squared().sqrt();
         let direction = line.half * (1.0 / half);
-        let spans = negative_spans(-half, half, field.bend(f64::INFINITY), WIDTH_MIN * scale, |t| {
+        let spans = negative_spans(-half, half, field.bend(f64::INFINITY), field.width_min() * scale, |t| {
             let (normal, distance) = meeting.distance(&(line.middle + direction * t));
             (distance - meeting.reach, normal.dot(&direction))
         });
@@ -249,11 +252,12 @@ pub(crate) fn ring_gap(circle: &geometry::Circle, wire: f64, from_b: &Vec3, fiel
     let (u, w, radius) = (circle.u * circle.radius, circle.w * circle.radius, circle.radius);
     let half = PI * radius;
     let scale = field.scale(wire);
-    let (distance, _) = least(-half, half, field.bend(radius), WIDTH_MIN * scale, 1e-12 * radius, |t| {
-        let (sin, cos) = libm::sincos(t / radius);
-        let (normal, distance) = field.distance(&(from_b + u * cos + w * sin));
-        (distance, normal.dot(&(circle.w * cos - circle.u * sin)))
-    });
+    let (distance, _) =
+        least(-half, half, field.bend(radius), field.width_min() * scale, 1e-12 * radius, |t| {
+            let (sin, cos) = libm::sincos(t / radius);
+            let (normal, distance) = field.distance(&(from_b + u * cos + w * sin));
+            (distance, normal.dot(&(circle.w * cos - circle.u * sin)))
+        });
     distance - wire - field.radius
 }
 
@@ -268,7 +272,7 @@ pub(crate) fn carrier_gap(carrier: &Carrier, wire: f64, from_b: &Vec3, field: &F
     for point in carrier.points {
         take(field.distance(&(from_b + point)).1);
     }
-    let width = WIDTH_MIN * field.scale(wire);
+    let width = field.width_min() * field.scale(wire);
     for line in carrier.lines {
         let half = line.half.norm_squared().sqrt();
         let direction = line.half * (1.0 / half);

@@ -2,6 +2,7 @@
 
 use super::field::{Core, Field};
 use super::{Carrier, Line, carried, carrier_gap, mutual, ring, ring_gap, sphere};
+use crate::Model;
 use crate::body::{Body, Shape};
 use crate::contact::friction::Slip;
 use crate::contact::material::NormalLaw;
@@ -12,6 +13,7 @@ use geometry::{Circle, Vec3, cuboid};
 /// A body in its place.
 #[derive(Clone, Copy)]
 pub(crate) struct Placed<'a> {
+    pub model: &'a Model,
     pub body: &'a Body,
     pub frame: &'a Circle,
 }
@@ -35,6 +37,7 @@ impl<'a> Placed<'a> {
         let core = match self.body.shape {
             Shape::Capsule { half_length_m, .. } => Core::Segment(half_length_m),
             Shape::Box { core_m, .. } => Core::Cuboid(core_m),
+            Shape::Polynomial { surface, .. } => Core::Surface(self.model.solid(surface)),
             Shape::Ring { .. } | Shape::Sphere { .. } => Core::Segment(0.0),
         };
         Field { core, frame: self.frame, radius: self.body.minor_radius }
@@ -46,7 +49,8 @@ impl<'a> Placed<'a> {
         let none = Line { middle: Vec3::zeros(), half: Vec3::zeros() };
         let mut features = Features { lines: [none; 12], points: [Vec3::zeros(); 8], counts: (0, 1) };
         match self.body.shape {
-            Shape::Ring { .. } | Shape::Sphere { .. } => {}
+            // A polynomial carries nothing: no pair in which it would have to is accepted.
+            Shape::Ring { .. } | Shape::Sphere { .. } | Shape::Polynomial { .. } => {}
             Shape::Capsule { half_length_m, .. } => {
                 let half = normal * half_length_m;
                 features.lines[0].half = half;
@@ -68,7 +72,7 @@ impl<'a> Placed<'a> {
     }
 }
 
-/// Contact of a body with a capsule or box of a higher number.
+/// Contact of a body with a capsule, box or polynomial of a higher number.
 ///
 /// `back` is the pair seen from the other body.
 pub(crate) fn two_bodies<const DAMPED: bool, const FRICTION: bool>(
@@ -119,7 +123,7 @@ fn below<'a>(frame: &'a Circle, plane: &HalfSpace) -> Field<'a> {
     Field { core: Core::HalfSpace { normal: plane.normal, height }, frame, radius: 0.0 }
 }
 
-/// Signed distance of two surfaces of which the second is a capsule or box (m); negative is penetration.
+/// Signed distance of two surfaces of which the second is a capsule, box or polynomial (m); negative is penetration.
 pub(crate) fn gap(a: Placed, b: Placed) -> f64 {
     let (field, from_b, wire) = (b.field(), a.frame.centre - b.frame.centre, a.body.minor_radius);
     match (a.body.shape, b.body.shape) {

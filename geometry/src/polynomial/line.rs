@@ -1,0 +1,164 @@
+//! A polynomial along a straight line.
+
+use super::{DEGREE_MAX, Polynomial};
+use crate::{Vec3, bernstein};
+
+/// Coefficients of a polynomial in one variable, up to the largest degree.
+pub(super) type Coefficients = [f64; DEGREE_MAX + 1];
+
+/// Binomial coefficients: row n holds C(n, 0..=n).
+const BINOMIALS: [Coefficients; DEGREE_MAX + 1] = {
+    let mut rows = [[0.0; DEGREE_MAX + 1]; DEGREE_MAX + 1];
+    let mut n = 0;
+    while n <= DEGREE_MAX {
+        rows[n][0] = 1.0;
+        let mut k = 1;
+        while k <= n {
+            rows[n][k] = rows[n - 1][k - 1] + rows[n - 1][k];
+            k += 1;
+        }
+        n += 1;
+    }
+    rows
+};
+
+/// A homogeneous polynomial in `1 - s` and `s`: coefficients of `(1 - s)^(n - k) s^k`, and `n`.
+#[derive(Clone, Copy)]
+struct Form {
+    coefficients: Coefficients,
+    degree: usize,
+}
+
+impl Form {
+    const ZERO: Form = Form { coefficients: [0.0; DEGREE_MAX + 1], degree: 0 };
+
+    /// Multiplies by `start (1 - s) + end s`.
+    #[inline]
+    fn times(&mut self, (start, end): (f64, f64)) {
+        let c = &mut self.coefficients;
+        c[self.degree + 1] = c[self.degree] * end;
+        for k in (1..=self.degree).rev() {
+            c[k] = c[k] * start + c[k - 1] * end;
+        }
+        c[0] *= start;
+        self.degree += 1;
+    }
+
+    /// Adds a number, as a form of the same degree: the number times `((1 - s) + s)^n`.
+    #[inline]
+    fn add_number(&mut self, number: f64) {
+        let row = &BINOMIALS[self.degree];
+        for (c, binomial) in self.coefficients.iter_mut().zip(row).take(self.degree + 1) {
+            *c += number * binomial;
+        }
+    }
+
+    #[inline]
+    fn add(&mut self, other: &Form) {
+        for (c, o) in self.coefficients.iter_mut().zip(&other.coefficients).take(self.degree + 1) {
+            *c += o;
+        }
+    }
+}
+
+impl Polynomial {
+    /// Bernstein coefficients, of the polynomial's own degree, of its values from `start` (0) to `end` (1).
+    ///
+    /// Horner's rule with forms in `1 - s` and `s` instead of numbers: each coordinate is the form
+    /// `start (1 - s) + end s`, each constant is lifted to the degree it stands at by a row of binomials. All is sums
+    /// and products, so an error is a few roundings of the sum of the terms' absolute values.
+    pub(super) fn along(&self, start: &Vec3, end: &Vec3) -> Coefficients {
+        let degree = self.degree;
+        let [x, y, z] = [0, 1, 2].map(|axis| (start[axis], end[axis]));
+        // Terms come in ascending order of the powers of x, y, z; Horner's rule wants them descending.
+        let mut terms = self.terms.iter().rev().peekable();
+        let mut in_x = Form::ZERO;
+        for i in (0..=degree as u8).rev() {
+            if i < degree as u8 {
+                in_x.times(x);
+            }
+            if terms.peek().is_none_or(|term| term.powers[0] != i) {
+                continue;
+            }
+            let of_y = degree as u8 - i;
+            let mut in_y = Form::ZERO;
+            for j in (0..=of_y).rev() {
+                if j < of_y {
+                    in_y.times(y);
+                }
+                if terms.peek().is_none_or(|term| term.powers[..2] != [i, j]) {
+                    continue;
+                }
+                let of_z = of_y - j;
+                let mut in_z = Form::ZERO;
+                for k in (0..=of_z).rev() {
+                    if k < of_z {
+                        in_z.times(z);
+                    }
+                    if let Some(term) = terms.next_if(|term| term.powers == [i, j, k]) {
+                        in_z.add_number(term.coefficient);
+                    }
+                }
+                in_y.add(&in_z);
+            }
+            in_x.add(&in_y);
+        }
+        let mut bernstein = in_x.coefficients;
+        for (c, binomial) in bernstein.iter_mut().zip(&BINOMIALS[degree]).take(degree + 1) {
+            *c /= binomial;
+        }
+        bernstein
+    }
+
+    /// Passes the roots on the way from `start` (0) to `end` (1), changes of sign strictly between the two, to `accept` in
+    /// ascending order, and returns the first one for which it says true. What counts as a root is told in
+    /// [`crate::bernstein`].
+    pub fn find_root(&self, start: &Vec3, end: &Vec3, accept: impl FnMut(f64) -> bool) -> Option<f64> {
+        let coefficients = self.along(start, end);
+        macro_rules! of_degree {
+            ($($n:literal)*) => {
+                match self.degree {
+                    $($n => {
+                        let exact: &[f64; $n + 1] =
+                            coefficients.first_chunk().expect("there are as many as the largest degree has");
+                        bernstein::find_root(exact, accept)
+                    })*
+                    // A constant has no roots.
+                    _ => None,
+                }
+            };
+        }
+        of_degree!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16)
+    }
+
+    /// The first root beyond `t_min` along `origin + t direction` up to the bounds, with two Newton steps on the formula
+    /// itself.
+    pub fn first_root(
+        &self,
+        origin: &Vec3,
+        direction: &Vec3,
+        (start, end): (f64, f64),
+        t_min: f64,
+    ) -> Option<f64> {
+        let at = |t: f64| origin + direction * t;
+        let mut hit = f64::NAN;
+        self.find_root(&at(start), &at(end), |s| {
+            hit = self.polished(origin, direction, (start, end), start + s * (end - start));
+            hit > t_min
+        })
+        .map(|_| hit)
+    }
+
+    /// Two Newton steps; one that is too large to be a correction is not taken.
+    fn polished(&self, origin: &Vec3, direction: &Vec3, (start, end): (f64, f64), mut t: f64) -> f64 {
+        let step_max = 1e-6 * (end - start);
+        for _ in 0..2 {
+            let (value, gradient) = self.value_and_gradient(&(origin + direction * t));
+            let step = value / gradient.dot(direction);
+            if step < step_max && step > -step_max {
+                t -= step;
+            }
+        }
+        t
+    }
+}
