@@ -136,11 +136,12 @@ impl Distance {
         if self.slope(arc, high) <= 0.0 {
             return arc.at(high);
         }
-        self.bracketed(arc, low, high)
+        self.bracketed(arc, low, high, 1e-15)
     }
 
-    /// `(cos, sin)` of the minimum between two values of `tau` at which the slope falls and rises.
-    pub(crate) fn bracketed(&self, arc: &Arc, low: f64, high: f64) -> (f64, f64) {
+    /// `(cos, sin)` of the minimum between two values of `tau` at which the slope falls and rises; the iteration ends
+    /// at a step below `step_min`.
+    pub(crate) fn bracketed(&self, arc: &Arc, low: f64, high: f64, step_min: f64) -> (f64, f64) {
         let (mut low, mut high) = (low, high);
         let mut tau = 0.5 * (low + high);
         for _ in 0..64 {
@@ -157,7 +158,7 @@ impl Distance {
             }
             let step = next - tau;
             tau = next;
-            if step < 1e-15 && step > -1e-15 {
+            if step < step_min && step > -step_min {
                 break;
             }
         }

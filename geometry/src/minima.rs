@@ -29,6 +29,9 @@ const WIDTH_MIN: f64 = 1.0 / (1u64 << 24) as f64;
 /// Where a part is cut: not in the middle, where symmetric poses have their roots.
 const CUT: f64 = 0.4831;
 
+/// The iteration ends at a step below this, in the tangent of half the angle: the next would be its square.
+const STEP_MIN: f64 = 1e-9;
+
 /// Below this share of `R_A (R_A + R_B)` in slope and curvature, `D^2 / 2` is taken as flat: rounding makes 1e-16 of it.
 const FLAT: f64 = 1e-13;
 
@@ -124,6 +127,14 @@ pub fn circle_circle_minima(a: &Circle, b: &Circle, arcs: &Arcs) -> Minima {
         if piece.connected != connected {
             (slope, connected) = (-1.0, piece.connected);
         }
+        let alone = !closed && pieces.iter().filter(|other| other.connected == connected).count() == 1;
+        if alone && convex(&distance, piece) {
+            // Falling where it begins and rising where it ends, with one minimum in between.
+            let (low, high) = (-piece.half_tangent, piece.half_tangent);
+            let (cos, sin) = distance.bracketed(piece, low, high, STEP_MIN);
+            minima.add(cos, sin, connected);
+            continue;
+        }
         let before = slope;
         let begins = distance.slope(piece, -piece.half_tangent);
         if before < 0.0 && begins >= 0.0 {
@@ -154,9 +165,24 @@ pub fn circle_plane_minima(a: &Circle, plane_normal: &Vec3) -> Minima {
 
 /// Adds the minima inside one piece; `begins` is the slope at its start.
 fn search(distance: &Distance, piece: &Arc, begins: f64, minima: &mut Minima) {
+    let coefficients = critical(distance, piece);
+    let changes = bernstein::sign_changes(&coefficients);
+    if changes > 1 {
+        return search_parts(distance, piece, begins, coefficients, minima);
+    }
+    let (low, high) = (-piece.half_tangent, piece.half_tangent);
+    if changes > 0 && begins < 0.0 && distance.slope(piece, high) >= 0.0 {
+        let (cos, sin) = distance.bracketed(piece, low, high, STEP_MIN);
+        minima.add(cos, sin, piece.connected);
+    }
+}
+
+/// The same for a piece on which there may be more than one.
+#[cold]
+fn search_parts(distance: &Distance, piece: &Arc, begins: f64, coefficients: [f64; 9], minima: &mut Minima) {
     // Parts still to be looked at, the next one last: start, end (from 0 to 1 on the piece), coefficients.
     let mut parts = [(0.0, 1.0, [0.0; 9]); 32];
-    parts[0] = (0.0, 1.0, critical(distance, piece));
+    parts[0].2 = coefficients;
     let mut count = 1;
     let mut slope = begins;
     while count > 0 {
@@ -174,28 +200,78 @@ fn search(distance: &Distance, piece: &Arc, begins: f64, minima: &mut Minima) {
         let tau = |x: f64| piece.half_tangent * (2.0 * x - 1.0);
         let after = distance.slope(piece, tau(end));
         if changes > 0 && slope < 0.0 && after >= 0.0 {
-            let (cos, sin) = distance.bracketed(piece, tau(start), tau(end));
+            let (cos, sin) = distance.bracketed(piece, tau(start), tau(end), STEP_MIN);
             minima.add(cos, sin, piece.connected);
         }
         slope = after;
     }
 }
 
+/// Bernstein coefficients, times the binomials, of a wave times `1 + tau^2` on a piece: so a product's coefficients are a
+/// plain convolution.
+#[inline]
+fn on(piece: &Arc, wave: &Wave) -> [f64; 3] {
+    let square = piece.half_tangent * piece.half_tangent;
+    let along = wave[1] * piece.mid_cos + wave[2] * piece.mid_sin;
+    let across = 2.0 * piece.half_tangent * (wave[2] * piece.mid_cos - wave[1] * piece.mid_sin);
+    let ends = wave[0] * (1.0 + square) + along * (1.0 - square);
+    let middle = wave[0] * (1.0 - square) + along * (1.0 + square);
+    [ends - across, 2.0 * middle, ends + across]
+}
+
+/// First and second derivative of a wave.
+#[inline]
+fn derivatives(wave: &Wave) -> [Wave; 2] {
+    [[0.0, wave[2], -wave[1]], [0.0, -wave[1], -wave[2]]]
+}
+
+/// Whether the slope's numerator `g = X'/2 rho - R_B rho rho'` surely rises all along a piece, so that there is one minimum
+/// at most: `rho g' = X''/2 rho^2 + X'/2 (rho rho') - R_B (rho rho')' rho` is a polynomial of degree six but for the last
+/// `rho`, for which its bounds on the piece are taken. A quick proof for most contacts, and one that holds where the
+/// farthest point of B has its extremum at the same place, which makes a double root of the other polynomial.
+fn convex(distance: &Distance, piece: &Arc) -> bool {
+    let [x, y] = [0, 1].map(|axis| on(piece, &distance.across[axis]));
+    let [[x_1, x_2], [y_1, y_2]] =
+        [0, 1].map(|axis| derivatives(&distance.across[axis]).map(|wave| on(piece, &wave)));
+    let [half_x_1, half_x_2] = derivatives(&distance.half_x).map(|wave| on(piece, &wave));
+    let one = on(piece, &[1.0, 0.0, 0.0]);
+    let (mut rho_squared, mut first, mut second) = ([0.0; 5], [0.0; 5], [0.0; 5]);
+    for i in 0..3 {
+        for j in 0..3 {
+            rho_squared[i + j] += x[i] * x[j] + y[i] * y[j];
+            first[i + j] += x[i] * x_1[j] + y[i] * y_1[j];
+            second[i + j] += (x_1[i] * x_1[j] + y_1[i] * y_1[j]) + (x[i] * x_2[j] + y[i] * y_2[j]);
+        }
+    }
+    const INVERSE_BINOMIALS: [f64; 5] = [1.0, 0.25, 1.0 / 6.0, 0.25, 1.0];
+    let (mut least, mut largest) = (f64::INFINITY, 0.0);
+    for (coefficient, inverse) in rho_squared.iter().zip(INVERSE_BINOMIALS) {
+        let value = coefficient * inverse;
+        least = if value < least { value } else { least };
+        largest = if value > largest { value } else { largest };
+    }
+    if !(least > 0.0) {
+        return false;
+    }
+    let widest = 1.0 + piece.half_tangent * piece.half_tangent;
+    let bounds = [least.sqrt() / widest, largest.sqrt()].map(|rho| rho * distance.radius);
+    let mut sums = [[0.0; 7]; 2];
+    for i in 0..3 {
+        for j in 0..5 {
+            let common = half_x_2[i] * rho_squared[j] + half_x_1[i] * first[j];
+            for (sum, bound) in sums.iter_mut().zip(bounds) {
+                sum[i + j] += common - bound * (one[i] * second[j]);
+            }
+        }
+    }
+    sums.iter().flatten().all(|coefficient| *coefficient > 0.0)
+}
+
 /// Bernstein coefficients of the module's polynomial on a piece.
 fn critical(distance: &Distance, piece: &Arc) -> [f64; 9] {
-    let square = piece.half_tangent * piece.half_tangent;
-    let on = |wave: &Wave| {
-        let along = wave[1] * piece.mid_cos + wave[2] * piece.mid_sin;
-        let across = 2.0 * piece.half_tangent * (wave[2] * piece.mid_cos - wave[1] * piece.mid_sin);
-        let ends = wave[0] * (1.0 + square) + along * (1.0 - square);
-        let middle = wave[0] * (1.0 - square) + along * (1.0 + square);
-        // Times the binomials, so that a product's coefficients are a plain convolution.
-        [ends - across, 2.0 * middle, ends + across]
-    };
-    let derivative = |wave: &Wave| [0.0, wave[2], -wave[1]];
-    let [x, y] = [0, 1].map(|axis| on(&distance.across[axis]));
-    let [x_1, y_1] = [0, 1].map(|axis| on(&derivative(&distance.across[axis])));
-    let half_x_1 = on(&derivative(&distance.half_x));
+    let [x, y] = [0, 1].map(|axis| on(piece, &distance.across[axis]));
+    let [x_1, y_1] = [0, 1].map(|axis| on(piece, &derivatives(&distance.across[axis])[0]));
+    let half_x_1 = on(piece, &derivatives(&distance.half_x)[0]);
     let (mut rho_squared, mut rho_rho_1, mut slope_squared) = ([0.0; 5], [0.0; 5], [0.0; 5]);
     for i in 0..3 {
         for j in 0..3 {

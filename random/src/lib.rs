@@ -3,7 +3,7 @@
 //! The one thing to know: a [`Stream`] is addressed by (seed, counter, purpose) and a stream number, and
 //! yields the same words on every machine, however the work was shared out. [`Scrambled`] makes evenly spread
 //! points of the unit square from three words of a stream; each single point is uniform, and point sets of
-//! different keys are independent.
+//! different keys are independent. [`Hashed`] makes independent ones.
 //!
 //! # Example
 //! ```
@@ -18,8 +18,10 @@
 //! assert_eq!(quarters, [0, 1, 2, 3]);
 //! ```
 
+mod hashed;
 mod sobol;
 mod stream;
 
+pub use hashed::Hashed;
 pub use sobol::Scrambled;
 pub use stream::{Stream, unit};

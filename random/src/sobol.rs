@@ -25,18 +25,27 @@ impl Scrambled {
     /// A point in the open unit square.
     #[inline]
     pub fn point(&self, index: u32) -> (f64, f64) {
-        let (first, second) = self.words(index);
-        (unit(first), unit(second))
+        let digits = self.digits(index);
+        (unit(self.first(digits)), unit(self.second(digits)))
     }
 
-    /// The same point as two words: 2^32 times its coordinates, rounded down.
+    /// The digits of a point, for [`Scrambled::first`] and [`Scrambled::second`].
     #[inline]
-    pub fn words(&self, index: u32) -> (u32, u32) {
+    pub fn digits(&self, index: u32) -> u32 {
         // Aligned blocks of 2^k points stay aligned blocks, so each of them remains evenly spread.
-        let index = scramble(index.reverse_bits(), self.shuffle).reverse_bits();
-        let first = scramble(index, self.first);
-        let second = scramble(pascal(index), self.second);
-        (first.reverse_bits(), second.reverse_bits())
+        scramble(index.reverse_bits(), self.shuffle).reverse_bits()
+    }
+
+    /// 2^32 times a point's first coordinate, rounded down.
+    #[inline]
+    pub fn first(&self, digits: u32) -> u32 {
+        scramble(digits, self.first).reverse_bits()
+    }
+
+    /// 2^32 times its second coordinate, rounded down.
+    #[inline]
+    pub fn second(&self, digits: u32) -> u32 {
+        scramble(pascal(digits), self.second).reverse_bits()
     }
 }
 

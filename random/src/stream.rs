@@ -34,11 +34,6 @@ impl Stream {
     pub fn word(&mut self) -> u32 {
         self.0.next_u32()
     }
-
-    /// Fills a slice with the next words.
-    pub fn fill(&mut self, words: &mut [u32]) {
-        words.iter_mut().for_each(|word| *word = self.0.next_u32());
-    }
 }
 
 /// The number in (0, 1) in the middle of a word's share of the unit interval.

@@ -131,6 +131,7 @@ impl Model {
         }
         let mut model = Model::lay_out(scene)?;
         model.check_law()?;
+        model.check_integrator()?;
         polynomials::refuse_pairs(&model)?;
         let (features, mut plan) = plan::make(scene, &model, how.everything_on);
         model.features = features;
@@ -164,6 +165,25 @@ impl Model {
         let law = self.contact_law().name();
         if self.contact_law() != ContactLaw::CentrelineArc && self.round_count() < self.body_count() {
             return Err(ModelError::Law { law, body: self.body_name(self.round_count() as u32) });
+        }
+        Ok(())
+    }
+
+    /// Refuses what the implicit integrators have no Jacobian for.
+    fn check_integrator(&self) -> Result<(), ModelError> {
+        let integrator = self.integrator();
+        let refused = |what| Err(ModelError::Integrator { integrator: integrator.name(), what });
+        if !integrator.is_implicit() {
+            return Ok(());
+        }
+        if self.contact_law() != ContactLaw::CentrelineArc {
+            return refused("contact law but centreline-arc");
+        }
+        if self.round_count() < self.body_count() {
+            return refused("bodies but rings, spheres and planes");
+        }
+        if self.materials_that_meet().any(|pair| pair.friction_coefficient > 0.0) {
+            return refused("friction");
         }
         Ok(())
     }

@@ -63,6 +63,16 @@ pub enum ModelError {
         /// The first body that it cannot take.
         body: BodyName,
     },
+    /// An integrator that has no answer for what the scene holds.
+    #[error(
+        "method.integrator = {integrator}: expected no {what}; take it out, or take verlet, rk4 or dopri5"
+    )]
+    Integrator {
+        /// The integrator, as the scene writes it.
+        integrator: &'static str,
+        /// What it cannot take.
+        what: &'static str,
+    },
     /// More bodies than 32-bit numbers can name.
     #[error("{count} bodies: expected at most {largest}")]
     TooManyBodies {

@@ -1,7 +1,7 @@
 //! One step, and what can stop a run.
 
 use crate::forces::SlipMotion;
-use crate::integrator::{dopri5, rk4, verlet};
+use crate::integrator::{dopri5, implicit, rk4, verlet};
 use crate::model::BodyName;
 use crate::state::Motion;
 use crate::subdivide::advance_in_parts;
@@ -41,6 +41,17 @@ pub enum Stop {
         intact: u64,
         /// Links at the start.
         links: u64,
+    },
+    /// An implicit method finds no solution in any part of the step.
+    #[error(
+        "step {step}: the implicit equations have no solution that is found, down to parts of {part_s:e} s; \
+         take a smaller time.time_step_s, or another method.integrator"
+    )]
+    NoSolution {
+        /// The step.
+        step: u64,
+        /// The shortest part that was tried (s).
+        part_s: f64,
     },
     /// `dopri5` cannot reach its tolerance with any inner step.
     #[error(
@@ -110,6 +121,7 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -
         }
         Integrator::Rk4 => rk4::advance(model, state, scratch),
         Integrator::Dopri5 => dopri5::advance(model, state, scratch)?,
+        Integrator::BackwardEuler => implicit::advance(model, state, scratch)?,
     }
     Ok(false)
 }

@@ -86,7 +86,7 @@ impl Chart {
     }
 
     /// The points at some coordinates, and the area for each unit of coordinate area.
-    #[inline]
+    #[inline(always)]
     pub(super) fn points<const N: usize>(&self, x: &[f64; N], y: &[f64; N]) -> ([[f64; N]; 3], [f64; N]) {
         let mut point = [[0.0; N]; 3];
         let mut area = [0.0; N];

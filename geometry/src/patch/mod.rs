@@ -107,7 +107,7 @@ impl Nodes {
     }
 
     /// Adds a full block.
-    #[inline]
+    #[inline(always)]
     pub fn push_block(&mut self, block: Block) {
         self.blocks.push(block);
         self.taken = WIDTH;

@@ -11,6 +11,7 @@
 
 use super::chart::{Chart, SurfacePoint};
 use super::{Block, Lane, Nodes, Solid, WIDTH};
+use crate::lanes::{Level, Simd, dispatch};
 use crate::{GaussRule, Vec3};
 
 const H: f64 = core::f64::consts::FRAC_1_SQRT_2;
@@ -70,6 +71,22 @@ pub struct Deepest {
 /// rays or points disagree with a bowl, or the surfaces bend alike so that the depth is flat.
 #[must_use]
 pub fn patch(
+    surface: &Solid,
+    solid: &Solid,
+    deepest: &Deepest,
+    order: Order,
+    share: f64,
+    nodes: &mut Nodes,
+) -> bool {
+    // Plain loops over eight lanes, compiled for what the processor has: the same bits on each.
+    dispatch!(Level::new(), simd => simd.vectorize(
+        #[inline(always)]
+        || in_lanes(surface, solid, deepest, order, share, nodes)
+    ))
+}
+
+#[inline(always)]
+fn in_lanes(
     surface: &Solid,
     solid: &Solid,
     deepest: &Deepest,
@@ -187,7 +204,7 @@ impl Bowl {
     }
 
     /// `t^2` at the edge on each ray: from the depth at `t = 1` by similarity, then once more with the slope there.
-    #[inline]
+    #[inline(always)]
     fn edges(&self, chart: &Chart, solid: &Solid, x: &Lane, y: &Lane) -> Lane {
         let (points, _) = chart.points(x, y);
         let depth = solid.depths_only(&points);

@@ -50,7 +50,7 @@ impl Solid {
     }
 
     /// The same for several points at once: the same bits for each.
-    #[inline]
+    #[inline(always)]
     pub(super) fn depths<const N: usize>(&self, point: &[[f64; N]; 3]) -> ([f64; N], [[f64; N]; 3]) {
         let mut depth = [0.0; N];
         let mut normal = [[0.0; N]; 3];
@@ -97,7 +97,7 @@ impl Solid {
     }
 
     /// Depths alone.
-    #[inline]
+    #[inline(always)]
     pub(super) fn depths_only(&self, point: &[Lane; 3]) -> Lane {
         let mut depth = [0.0; WIDTH];
         let Solid::Ring { circle, minor_radius } = self else { return self.depths(point).0 };

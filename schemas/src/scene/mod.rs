@@ -200,11 +200,20 @@ pub enum Integrator {
     /// Dormand and Prince's method of order five with inner steps as long as `tolerance` allows: for a
     /// target accuracy. `time.time_step_s` is then only how far apart states are.
     Dopri5,
+    /// Backward Euler: first order, stable with any step and stiffness, takes energy from every motion. For
+    /// stiffness of 1e8 and beyond, what comes to rest, and previews. Without friction.
+    BackwardEuler,
 }
 
 impl Integrator {
     /// Every integrator.
-    pub const ALL: [Integrator; 3] = [Integrator::Verlet, Integrator::Rk4, Integrator::Dopri5];
+    pub const ALL: [Integrator; 4] =
+        [Integrator::Verlet, Integrator::Rk4, Integrator::Dopri5, Integrator::BackwardEuler];
+
+    /// Whether it solves equations for the end of its step, so that no stiffness bounds the step.
+    pub fn is_implicit(self) -> bool {
+        self == Integrator::BackwardEuler
+    }
 
     /// Its name in a scene.
     pub fn name(self) -> &'static str {
@@ -212,6 +221,7 @@ impl Integrator {
             Integrator::Verlet => "verlet",
             Integrator::Rk4 => "rk4",
             Integrator::Dopri5 => "dopri5",
+            Integrator::BackwardEuler => "backward-euler",
         }
     }
 }

@@ -3,6 +3,7 @@
 pub(crate) mod asymmetric;
 pub(crate) mod dopri5;
 pub(crate) mod explicit;
+pub(crate) mod implicit;
 mod kick;
 mod lanes;
 pub(crate) mod rk4;

@@ -65,7 +65,7 @@ fn momenta(body: &Body, state: &BodyState) -> (Vec3, Vec3) {
     (velocity * body.mass_kg, position.cross(&velocity) * body.mass_kg + own)
 }
 
-fn total(run: &Run) -> (Vec3, Vec3) {
+pub fn total(run: &Run) -> (Vec3, Vec3) {
     let mut sums = (Vec3::zeros(), Vec3::zeros());
     for (body, state) in run.model.bodies().iter().zip(&run.state.bodies) {
         let (linear, angular) = momenta(body, state);

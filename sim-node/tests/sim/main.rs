@@ -11,6 +11,7 @@ mod drag;
 mod fall;
 mod friction;
 mod golden;
+mod implicit;
 mod laws;
 mod material;
 mod motion;

@@ -24,6 +24,7 @@ use super::{Pair, PairForce, Patch, close};
 use crate::contact::friction::Slip;
 use geometry::Arcs;
 use geometry::arc::{circle_circle_arcs, circle_plane_arcs, circle_point_arcs};
+use geometry::lanes::{Level, Simd, dispatch};
 use geometry::patch::pair::quadrature;
 use geometry::patch::{Block, Lane, Nodes, Solid, WIDTH};
 use schemas::scene::{SurfaceAverage, SurfaceIntegral, SurfaceSampler};
@@ -33,7 +34,6 @@ use schemas::scene::{SurfaceAverage, SurfaceIntegral, SurfaceSampler};
 pub(crate) struct Workspace {
     /// Those of contact 0 and 1.
     nodes: [Nodes; 2],
-    words: Vec<u32>,
 }
 
 /// What the law needs to know beside the pair.
@@ -56,7 +56,7 @@ impl Surfaces<'_> {
         forces: &mut Vec<PairForce>,
     ) {
         let Some(arcs) = self.arcs() else { return };
-        let Workspace { nodes, words } = workspace;
+        let nodes = &mut workspace.nodes;
         nodes.iter_mut().for_each(Nodes::clear);
         let halves = if matches!(self.b, Solid::Plane { .. }) { [1.0, 0.0] } else { [0.5, 0.5] };
         match (self.settings.sampler, self.random) {
@@ -67,7 +67,7 @@ impl Surfaces<'_> {
                 };
                 quadrature(&self.a, &self.b, &arcs, shares, nodes);
             }
-            (_, Some(random)) => self.sample(pair.numbers, &arcs, halves, random.clone(), words, nodes),
+            (_, Some(random)) => self.sample(pair.numbers, &arcs, halves, random.clone(), nodes),
         }
         let mut patches = [Patch::EMPTY; 2];
         // Arcs of a contact that no sample has met leave a contact without force: its friction has nothing to hold.
@@ -106,9 +106,11 @@ impl Patch {
     fn add_surface<const DAMPED: bool>(&mut self, pair: &Pair, nodes: &Nodes) {
         let area: f64 = nodes.blocks().iter().flat_map(|block| block.area).sum();
         let mut sums = Sums::ZERO;
-        for block in nodes.blocks() {
-            sums.add::<DAMPED>(pair, block, pair.implicit * area);
-        }
+        // Plain loops over eight lanes, compiled for what the processor has: the same bits on each.
+        dispatch!(Level::new(), simd => simd.vectorize(
+            #[inline(always)]
+            || nodes.blocks().iter().for_each(|block| sums.add::<DAMPED>(pair, block, pair.implicit * area))
+        ));
         let total = |lane: &Lane| lane.iter().sum::<f64>();
         for axis in 0..3 {
             self.wrench.force[axis] = total(&sums.force[axis]);
@@ -156,7 +158,7 @@ impl Sums {
     };
 
     /// `implicit`: see [`super::material::NormalLaw::push`], times the contact's area.
-    #[inline]
+    #[inline(always)]
     fn add<const DAMPED: bool>(&mut self, pair: &Pair, block: &Block, implicit: f64) {
         let (p, n) = (&block.point, &block.normal);
         let mut turn = [[0.0; WIDTH]; 3];

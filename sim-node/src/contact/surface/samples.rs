@@ -1,7 +1,7 @@
 //! Random points on the surfaces of two bodies.
 //!
-//! The numbers are a function of (seed, step, pair, body, index): ChaCha8 words, or scrambled Sobol points with keys from
-//! ChaCha8. They are the same in all stages of a step, so that the force is one and the same function of the pose
+//! The numbers are a function of (seed, step, pair, body, index): hashes of the index or scrambled Sobol points, with
+//! keys from ChaCha8. They are the same in all stages of a step, so that the force is one and the same function of the pose
 //! throughout it.
 //!
 //! # What is left out
@@ -17,7 +17,7 @@ use geometry::patch::pair::{connected_at, deepest_points};
 use geometry::patch::polar::{Deepest, PatchBox};
 use geometry::patch::{Nodes, Solid};
 use geometry::{Arcs, Circle, Vec3};
-use random::{Scrambled, Stream, unit};
+use random::{Hashed, Scrambled, Stream, unit};
 use schemas::scene::{SurfaceAverage, SurfaceSampler};
 
 /// Separates these random numbers from those that other parts draw from the same seed.
@@ -35,7 +35,6 @@ impl Surfaces<'_> {
         arcs: &Arcs,
         shares: [f64; 2],
         mut random: Stream,
-        words: &mut Vec<u32>,
         nodes: &mut [Nodes; 2],
     ) {
         // Bodies and planes are fewer than 2^31.
@@ -65,7 +64,7 @@ impl Surfaces<'_> {
                 _ => None,
             };
             let spans = own_arcs.map(Spans::new);
-            self.whole_surface(surface, shares[side], spans.as_ref(), &mut random, words, |at| {
+            self.whole_surface(surface, shares[side], spans.as_ref(), &mut random, |at| {
                 let (depth, normal) = solid.depth(&at.point);
                 if depth > 0.0 {
                     let contact = self.contact(arcs, &at.point);
@@ -90,7 +89,6 @@ impl Surfaces<'_> {
         share: f64,
         spans: Option<&Spans>,
         random: &mut Stream,
-        words: &mut Vec<u32>,
         mut visit: impl FnMut(SurfacePoint),
     ) {
         let samples = self.settings.samples;
@@ -98,11 +96,12 @@ impl Surfaces<'_> {
             SurfaceSampler::UniformAngles => Measure::Angles,
             _ => Measure::Area,
         };
-        let mut weighted = |count: u32, first: u32, second: u32| {
+        // Few samples pass, so the second number is only made for those.
+        let mut weighted = |count: u32, first: u32, second: &dyn Fn() -> u32| {
             if spans.is_some_and(|spans| !spans.hold(first)) {
                 return;
             }
-            let mut at = point(surface, (unit(first), unit(second)), measure);
+            let mut at = point(surface, (unit(first), unit(second())), measure);
             at.area = match self.settings.average {
                 SurfaceAverage::Area => at.area * share / f64::from(count),
                 SurfaceAverage::AllSamples => share / f64::from(count),
@@ -113,27 +112,27 @@ impl Surfaces<'_> {
             SurfaceSampler::Sobol | SurfaceSampler::Patch => {
                 let points = Scrambled::from_stream(random);
                 for index in 0..samples {
-                    let (first, second) = points.words(index);
-                    weighted(samples, first, second);
+                    let digits = points.digits(index);
+                    weighted(samples, points.first(digits), &|| points.second(digits));
                 }
             }
             SurfaceSampler::Stratified => {
                 let (columns, rows) = cells(surface, samples);
-                words.resize(2 * (columns * rows) as usize, 0);
-                random.fill(words);
+                let words = Hashed::from_stream(random);
                 let in_cell = |cell: u32, of: u32, word: u32| {
                     ((u64::from(cell) << 32 | u64::from(word)) / u64::from(of)) as u32
                 };
-                for (index, word) in words.chunks_exact(2).enumerate() {
-                    let (column, row) = (index as u32 / rows, index as u32 % rows);
-                    weighted(columns * rows, in_cell(column, columns, word[0]), in_cell(row, rows, word[1]));
+                for index in 0..columns * rows {
+                    let (column, row) = (index / rows, index % rows);
+                    let (first, second) = words.words(index);
+                    weighted(columns * rows, in_cell(column, columns, first), &|| in_cell(row, rows, second));
                 }
             }
             SurfaceSampler::UniformAngles | SurfaceSampler::Uniform | SurfaceSampler::Quadrature => {
-                words.resize(2 * samples as usize, 0);
-                random.fill(words);
-                for word in words.chunks_exact(2) {
-                    weighted(samples, word[0], word[1]);
+                let words = Hashed::from_stream(random);
+                for index in 0..samples {
+                    let (first, second) = words.words(index);
+                    weighted(samples, first, &|| second);
                 }
             }
         }
