@@ -87,4 +87,8 @@ fn main() {
         run("the same, 3 s on", &hang(32, 32), 6000, 1000, 1, records);
         run("the same, 3 s on", &hang(32, 32), 6000, 1000, 2, records);
     }
+    // Steps of 1 ms, as stiff as they allow; the large sheet after 1.5 s, when it is loaded.
+    run("hang 32x32, 1 ms", &hang_with(32, 32, 1e-3, 3.8e5), 0, 1000, 1, false);
+    run("the same, 3 s on", &hang_with(32, 32, 1e-3, 3.8e5), 3000, 1000, 1, false);
+    run("hang 32x3200, 1 ms, 1.5 s on", &hang_with(32, 3200, 1e-3, 3.8e5), 1500, 100, 1, false);
 }

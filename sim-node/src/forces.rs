@@ -345,9 +345,100 @@ fn add(wrench: &mut Wrench, sign: f64, force: &[f64; 4], torque: &[f64; 4]) {
 #[cfg(test)]
 mod tests {
     use crate::wrench::Wrench;
-    use crate::{Model, Scratch, State, step};
+    use crate::{Model, Scratch, State, evaluate, step};
     use geometry::Vec3;
+    use geometry::lanes::Level;
     use schemas::scene::Scene;
+
+    /// A small sheet that hangs from its first row, in motion and loaded.
+    fn hanging() -> (Model, State, Scratch) {
+        let text = r#"
+            [time]
+            duration_s = 2.0
+            time_step_s = 5e-4
+            [forces]
+            gravity_m_per_s2 = [0.0, 9.81, 0.0]
+            [material.wire]
+            line_stiffness_n_per_m2 = 1e6
+            damping_s_per_m = 0.3
+            line_damping_n_s_per_m2 = 20.0
+            [[weave]]
+            pattern = "european-4-in-1"
+            rows = 6
+            columns = 6
+            major_radius_m = 1.0
+            minor_radius_m = 0.18
+            ring_mass_kg = 0.63956
+            material = "wire"
+            pins = [[0, 0], [0, 1], [0, 2], [0, 3], [0, 4], [0, 5]]
+        "#;
+        let (model, _) = Model::compile(&Scene::parse(text, &[]).unwrap()).unwrap();
+        let mut state = State::initial(&model);
+        let mut scratch = Scratch::new(&model, 1);
+        for _ in 0..2000 {
+            step(&model, &mut state, &mut scratch).unwrap();
+        }
+        (model, state, scratch)
+    }
+
+    fn bits(wrenches: &[Wrench]) -> Vec<[u64; 6]> {
+        let numbers = |w: &Wrench| {
+            [w.force.x, w.force.y, w.force.z, w.torque.x, w.torque.y, w.torque.z].map(f64::to_bits)
+        };
+        wrenches.iter().map(numbers).collect()
+    }
+
+    /// The kernel makes the scalar code's forces, and the same bits with every instruction set.
+    ///
+    /// Both take the same law over the same arcs; where an arc's length lies at the border of two quadrature
+    /// rules they may take different ones, of which the coarser is right to 1e-6.
+    #[test]
+    fn kernel_and_scalar_code_agree() {
+        let (model, mut state, mut scratch) = hanging();
+        let (mut arcs, mut worst) = (0, 0.0);
+        for _ in 0..50 {
+            step(&model, &mut state, &mut scratch).unwrap();
+            evaluate(&model, &state, &mut scratch);
+            let kernel = scratch.evaluation.wrenches.clone();
+            let lost = scratch.evaluation.lost.clone();
+            arcs += scratch.evaluation.arc_forces().count();
+            let best = scratch.evaluation.level;
+            for level in other_levels(best) {
+                scratch.evaluation.level = level;
+                evaluate(&model, &state, &mut scratch);
+                assert_eq!(bits(&kernel), bits(&scratch.evaluation.wrenches), "{level:?}");
+                assert_eq!(bits(&lost), bits(&scratch.evaluation.lost), "{level:?}");
+            }
+            scratch.evaluation.level = best;
+            let rings = std::mem::take(&mut scratch.evaluation.ring_pairs);
+            let others = std::mem::replace(&mut scratch.evaluation.other_pairs, rings);
+            evaluate(&model, &state, &mut scratch);
+            let evaluation = &mut scratch.evaluation;
+            let size = |wrench: &Wrench| wrench.force.norm() + wrench.torque.norm();
+            for (a, b) in [(&kernel, &evaluation.wrenches), (&lost, &evaluation.lost)] {
+                let scale = a.iter().map(size).fold(0.0, |largest, x| if x > largest { x } else { largest });
+                for (a, b) in a.iter().zip(b) {
+                    let difference = Wrench { force: a.force - b.force, torque: a.torque - b.torque };
+                    let share = size(&difference) / scale;
+                    worst = if share > worst { share } else { worst };
+                }
+            }
+            evaluation.ring_pairs = std::mem::replace(&mut evaluation.other_pairs, others);
+        }
+        println!("{arcs} arcs; difference over the largest force {worst:e}, allowed 1e-6");
+        assert!(arcs > 1000 && worst < 1e-6);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    fn other_levels(best: Level) -> Vec<Level> {
+        let levels = [best.as_avx2().map(Level::Avx2), best.as_sse2().map(Level::Sse2)];
+        levels.into_iter().flatten().collect()
+    }
+
+    #[cfg(not(target_arch = "x86_64"))]
+    fn other_levels(_: Level) -> Vec<Level> {
+        Vec::new()
+    }
 
     /// Both bodies of every contact get the same force with opposite signs, bit for bit, and about the origin
     /// the torques cancel to rounding.

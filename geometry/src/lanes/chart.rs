@@ -3,7 +3,8 @@
 //! At the edges of `h`'s strip the quartic is `y^2 (1 + tau^2)^2`, at those of `y`'s it is
 //! `h^2 (1 + tau^2)^2`. Neither is negative, so that a contact shows as a dip between two positive ends.
 
-use super::{Frames, LANES, Lanes, Line, PairLanes, Simd, larger, smaller, transposed};
+use super::{Frames, LANES, Lanes, Line, PairLanes, Row, Simd, larger, rows_of, smaller};
+use crate::each_lane;
 use fearless_simd::prelude::*;
 
 /// Planes nearer to parallel than this sine squared are irregular: there the frame loses digits, and arcs are
@@ -83,10 +84,9 @@ pub(super) fn charts<S: Simd>(
     let mut count = 0;
     for group in near.chunks(LANES) {
         let number = |lane: usize| if lane < group.len() { group[lane] } else { group[0] };
-        let numbers = [number(0), number(1), number(2), number(3)];
-        let pair = |lane: usize| pairs[numbers[lane] as usize];
-        let four = [pair(0), pair(1), pair(2), pair(3)];
-        let sides = sides(simd, &PairLanes::load(simd, lines, four));
+        let numbers: [u32; LANES] = each_lane!(lane => number(lane));
+        let eight = each_lane!(lane => pairs[numbers[lane] as usize]);
+        let sides = sides(simd, &PairLanes::load(simd, lines, eight));
         let here = (1u64 << group.len()) - 1;
         if sides.irregular & here != 0 {
             let odd = |lane: &usize| (sides.irregular >> lane) & 1 == 1;
@@ -110,10 +110,10 @@ pub(super) fn charts<S: Simd>(
     count
 }
 
-/// Both sides of four pairs: rows of charts, and bits of those that may touch.
+/// Both sides of the pairs: rows of charts, and bits of those that may touch.
 struct Sides<S: Simd> {
-    low: [[Lanes<S>; LANES]; 2],
-    rest: [[Lanes<S>; LANES]; 2],
+    low: [[Row<S>; LANES]; 2],
+    rest: [[Row<S>; LANES]; 2],
     keep: [u64; 2],
     irregular: u64,
 }
@@ -198,8 +198,8 @@ fn rows<S: Simd>(
     half_tangent: Lanes<S>,
     mid_cos: Lanes<S>,
     mid_sin: Lanes<S>,
-) -> ([Lanes<S>; LANES], [Lanes<S>; LANES]) {
-    (transposed([c[0], c[1], c[2], c[3]]), transposed([c[4], half_tangent, mid_cos, mid_sin]))
+) -> ([Row<S>; LANES], [Row<S>; LANES]) {
+    (rows_of([c[0], c[1], c[2], c[3]]), rows_of([c[4], half_tangent, mid_cos, mid_sin]))
 }
 
 struct Side<S: Simd> {

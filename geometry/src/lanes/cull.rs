@@ -5,6 +5,7 @@
 //! than they are.
 
 use super::{LANES, Line, PairLanes, Simd};
+use crate::each_lane;
 use fearless_simd::prelude::*;
 
 /// Added to a square of a sine, in units of the squares that it is made from: some tens of their roundings.
@@ -21,7 +22,7 @@ pub(super) fn cull<S: Simd>(simd: S, lines: &[Line], pairs: &[(u32, u32)], near:
     let mut groups = pairs.chunks_exact(LANES);
     let mut first = 0;
     for group in &mut groups {
-        let mut keep = kept(simd, lines, [group[0], group[1], group[2], group[3]]);
+        let mut keep = kept(simd, lines, each_lane!(lane => group[lane]));
         for lane in 0..LANES as u32 {
             near[count] = first + lane;
             count += (keep & 1) as usize;
@@ -32,7 +33,7 @@ pub(super) fn cull<S: Simd>(simd: S, lines: &[Line], pairs: &[(u32, u32)], near:
     let rest = groups.remainder();
     if let Some(&last) = rest.last() {
         let pair = |lane: usize| *rest.get(lane).unwrap_or(&last);
-        let mut keep = kept(simd, lines, [pair(0), pair(1), pair(2), pair(3)]);
+        let mut keep = kept(simd, lines, each_lane!(lane => pair(lane)));
         for lane in 0..rest.len() as u32 {
             near[count] = first + lane;
             count += (keep & 1) as usize;

@@ -14,12 +14,13 @@
 //!
 //! # Accuracy
 //! Halley's method has the error `step^3 / (2 d)^2` after a step, with `d` the distance to the other root,
-//! here about the arc's length `2 w`. With a last step below `w / 8192` that is less than `2e-13 w`. The depth
-//! vanishes at the ends, so the force of an arc changes by the square of that.
+//! here about the arc's length `2 w`. With a last step below `w / 1024` that is `6e-11 w`. The depth vanishes at
+//! the ends, so the force of an arc changes by the square of that: less than rounding.
 
 use super::chart::{Chart, bernstein};
-use super::{LANES, LaneArc, Lanes, Mask, Simd, columns, larger, smaller, transposed};
+use super::{LANES, LaneArc, Lanes, Mask, Row, Simd, columns, larger, rows_of, smaller};
 use crate::arc::HALF_TANGENT_MAX;
+use crate::each_lane;
 use fearless_simd::prelude::*;
 
 /// Newton steps to the minimum.
@@ -29,7 +30,10 @@ const CUTS_MAX: u32 = 5;
 /// Halley steps to the roots at most; three or four are usual.
 const ROOT_STEPS: usize = 24;
 /// The last step, in half widths of the arc.
-const STEP_MAX: f64 = 1.0 / 8192.0;
+const STEP_MAX: f64 = 1.0 / 1024.0;
+/// Value times half the second derivative, over the slope squared: about the distance to the root over twice that
+/// to the next one. Above this a step says nothing.
+const STEEP: f64 = 1.0 / 64.0;
 /// The search for the minimum stays this far from the ends.
 const INNER: f64 = 1.0 - 1.0 / 16.0;
 
@@ -71,9 +75,9 @@ fn isolate_all<S: Simd>(
     arcs.resize(count + charts.len() + LANES, LaneArc::default());
     for group in charts.chunks(LANES) {
         let chart = |lane: usize| if lane < group.len() { &group[lane] } else { &group[0] };
-        let four = [chart(0), chart(1), chart(2), chart(3)];
+        let eight: [&Chart; LANES] = each_lane!(lane => chart(lane));
         let here = (1u64 << group.len()) - 1;
-        let found = ends(simd, four);
+        let found = ends(simd, eight);
         let odd = !(found.touching | found.empty) & here;
         if odd != 0 {
             for (lane, chart) in group.iter().enumerate().filter(|(lane, _)| (odd >> lane) & 1 == 1) {
@@ -85,7 +89,7 @@ fn isolate_all<S: Simd>(
             }
         }
         let keep = found.touching & here;
-        for (lane, (row, chart)) in found.arcs.iter().zip(four).enumerate() {
+        for (lane, (row, chart)) in found.arcs.iter().zip(eight).enumerate() {
             let [mid_cos, mid_sin, half_tangent, _] = *row.as_array();
             arcs[count] = LaneArc { mid_cos, mid_sin, half_tangent, pair: f64::from(chart.pair) };
             count += ((keep >> lane) & 1) as usize;
@@ -96,7 +100,7 @@ fn isolate_all<S: Simd>(
 
 struct Found<S: Simd> {
     /// Rows of arcs.
-    arcs: [Lanes<S>; LANES],
+    arcs: [Row<S>; LANES],
     touching: u64,
     empty: u64,
     /// Positive at both ends and at `place`: may be cut there.
@@ -106,10 +110,8 @@ struct Found<S: Simd> {
 
 #[inline(always)]
 fn ends<S: Simd>(simd: S, charts: [&Chart; LANES]) -> Found<S> {
-    let [first, second, third, fourth] = charts;
-    let [c_0, c_1, c_2, c_3] = columns(simd, [&first.low, &second.low, &third.low, &fourth.low]);
-    let [c_4, scale, mid_cos, mid_sin] =
-        columns(simd, [&first.rest, &second.rest, &third.rest, &fourth.rest]);
+    let [c_0, c_1, c_2, c_3] = columns(simd, each_lane!(lane => &charts[lane].low));
+    let [c_4, scale, mid_cos, mid_sin] = columns(simd, each_lane!(lane => &charts[lane].rest));
     let c = [c_0, c_1, c_2, c_3, c_4];
     let zero = Lanes::splat(simd, 0.0);
     let one = Lanes::splat(simd, 1.0);
@@ -136,12 +138,12 @@ fn ends<S: Simd>(simd: S, charts: [&Chart; LANES]) -> Found<S> {
     let (low, high) = (low.x, high.x);
 
     // The arc from `start` to `end` as in `Arc::between`.
-    let offset = Lanes::load_array(simd, [first.offset, second.offset, third.offset, fourth.offset]);
+    let offset = Lanes::load_array(simd, each_lane!(lane => charts[lane].offset));
     let (start, end) = (offset + scale * low, offset + scale * high);
     let norm = ((1.0 + start * start) * (1.0 + end * end)).sqrt();
     let inverse = 1.0 / norm;
     let (cos, sin) = ((1.0 - start * end) * inverse, (start + end) * inverse);
-    let turn = sin * Lanes::load_array(simd, [first.sense, second.sense, third.sense, fourth.sense]);
+    let turn = sin * Lanes::load_array(simd, each_lane!(lane => charts[lane].sense));
     let arc_cos = mid_cos * cos - mid_sin * turn;
     let arc_sin = mid_sin * cos + mid_cos * turn;
     let arc_tangent = (end - start) / (norm + (1.0 + start * end));
@@ -149,7 +151,7 @@ fn ends<S: Simd>(simd: S, charts: [&Chart; LANES]) -> Found<S> {
 
     let positive = ends_outside & lowest.simd_gt(zero);
     Found {
-        arcs: transposed([arc_cos, arc_sin, arc_tangent, zero]),
+        arcs: rows_of([arc_cos, arc_sin, arc_tangent, zero]),
         touching: (certain & converged & short).to_bitmask(),
         empty: (positive & no_root).to_bitmask(),
         open: positive.to_bitmask(),
@@ -250,10 +252,12 @@ impl<S: Simd> Bracket<S> {
         let mut next = *self;
         next.from = positive.select(self.x, self.from);
         next.to = positive.select(self.to, self.x);
-        let step = value * slope / (slope * slope - value * half_bend);
-        let x = next.inside(self.x - step);
+        let (bend, squared) = (value * half_bend, slope * slope);
+        let x = next.inside(self.x - value * slope / (squared - bend));
         next.x = self.done.select(self.x, x);
-        next.done = self.done | (x - self.x).abs().simd_lt(small);
+        // Near a flat place steps are small too, far from the root.
+        let steep = bend.abs().simd_lt(squared * STEEP);
+        next.done = self.done | (steep & (x - self.x).abs().simd_lt(small));
         next
     }
 }

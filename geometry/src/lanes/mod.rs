@@ -1,4 +1,4 @@
-//! Contact arcs of many pairs of rings, four pairs side by side in vector instructions.
+//! Contact arcs of many pairs of rings, eight pairs side by side in vector instructions.
 //!
 //! The one thing to know: this is [`circle_circle_arcs`](crate::arc::circle_circle_arcs) for the common case.
 //! A pair is either answered in full, with arcs certified by the same sign changes, or handed back as
@@ -20,7 +20,8 @@
 //! `(d.e2 + R_A sin(t), d.g - R_A c cos(t), h)` from B's centre.
 
 use crate::Circle;
-use fearless_simd::{f64x4, mask64x4};
+use fearless_simd::prelude::{SimdCombine, SimdSplit};
+use fearless_simd::{f64x4, f64x8, mask64x8};
 
 pub use fearless_simd::prelude::{Select, SimdBase, SimdFloat, SimdMask};
 pub use fearless_simd::{Level, Simd, dispatch};
@@ -29,13 +30,58 @@ mod chart;
 mod cull;
 mod isolate;
 
-/// Pairs side by side.
-pub const LANES: usize = 4;
+/// Pairs side by side: as many as the widest registers hold. Where they are narrower, two or four instructions
+/// do the work of one; long chains of operations that wait for each other are hidden by that.
+pub const LANES: usize = 8;
 
-/// Four numbers side by side.
-pub type Lanes<S> = f64x4<S>;
-/// Four truth values side by side.
-pub type Mask<S> = mask64x4<S>;
+/// Numbers side by side.
+pub type Lanes<S> = f64x8<S>;
+/// Truth values side by side.
+pub type Mask<S> = mask64x8<S>;
+/// Four numbers of one lane.
+pub type Row<S> = f64x4<S>;
+
+/// An array with a place for each lane. Written out: `map` and `from_fn` are not inlined into code for other
+/// instruction sets than their own.
+#[macro_export]
+macro_rules! each_lane {
+    ($lane:ident => $value:expr) => {
+        [
+            {
+                let $lane = 0;
+                $value
+            },
+            {
+                let $lane = 1;
+                $value
+            },
+            {
+                let $lane = 2;
+                $value
+            },
+            {
+                let $lane = 3;
+                $value
+            },
+            {
+                let $lane = 4;
+                $value
+            },
+            {
+                let $lane = 5;
+                $value
+            },
+            {
+                let $lane = 6;
+                $value
+            },
+            {
+                let $lane = 7;
+                $value
+            },
+        ]
+    };
+}
 
 /// A ring as the lanes read it: one cache line.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -127,7 +173,7 @@ impl ArcSearch {
     }
 }
 
-/// Four vectors in space, one a lane.
+/// Vectors in space, one a lane.
 #[derive(Clone, Copy)]
 pub struct Vectors<S: Simd>(pub [Lanes<S>; 3]);
 
@@ -167,23 +213,34 @@ impl<S: Simd> Vectors<S> {
 
 /// Rows become columns.
 #[inline(always)]
-pub fn transposed<S: Simd>(rows: [Lanes<S>; LANES]) -> [Lanes<S>; LANES] {
+fn transposed<S: Simd>(rows: [Row<S>; 4]) -> [Row<S>; 4] {
     let [a, b, c, d] = rows;
     let (ac, bd) = (a.zip_low(c), b.zip_low(d));
     let (ac_high, bd_high) = (a.zip_high(c), b.zip_high(d));
     [ac.zip_low(bd), ac.zip_high(bd), ac_high.zip_low(bd_high), ac_high.zip_high(bd_high)]
 }
 
-/// Four rows of four numbers, as columns.
+/// A row of four numbers for each lane, as columns.
 #[inline(always)]
-pub fn columns<S: Simd>(simd: S, rows: [&[f64; 4]; LANES]) -> [Lanes<S>; LANES] {
-    // Written out: `map` is not inlined into code for other instruction sets than its own.
-    transposed([
-        Lanes::load_array_ref(simd, rows[0]),
-        Lanes::load_array_ref(simd, rows[1]),
-        Lanes::load_array_ref(simd, rows[2]),
-        Lanes::load_array_ref(simd, rows[3]),
-    ])
+pub fn columns<S: Simd>(simd: S, rows: [&[f64; 4]; LANES]) -> [Lanes<S>; 4] {
+    columns_of(each_lane!(lane => Row::load_array_ref(simd, rows[lane])))
+}
+
+/// The same for rows that are loaded.
+#[inline(always)]
+pub fn columns_of<S: Simd>(rows: [Row<S>; LANES]) -> [Lanes<S>; 4] {
+    let [a, b, c, d, e, f, g, h] = rows;
+    let [low, high] = [transposed([a, b, c, d]), transposed([e, f, g, h])];
+    [low[0].combine(high[0]), low[1].combine(high[1]), low[2].combine(high[2]), low[3].combine(high[3])]
+}
+
+/// Columns become a row for each lane.
+#[inline(always)]
+pub fn rows_of<S: Simd>(columns: [Lanes<S>; 4]) -> [Row<S>; LANES] {
+    let [(a, e), (b, f), (c, g), (d, h)] =
+        [columns[0].split(), columns[1].split(), columns[2].split(), columns[3].split()];
+    let [[a, b, c, d], [e, f, g, h]] = [transposed([a, b, c, d]), transposed([e, f, g, h])];
+    [a, b, c, d, e, f, g, h]
 }
 
 /// The larger of each two numbers; the second where one is NaN.
@@ -198,7 +255,7 @@ pub fn smaller<S: Simd>(a: Lanes<S>, b: Lanes<S>) -> Lanes<S> {
     a.simd_lt(b).select(a, b)
 }
 
-/// Four pairs of rings.
+/// Pairs of rings, one a lane.
 #[derive(Clone, Copy)]
 pub struct PairLanes<S: Simd> {
     /// Centre of A less centre of B.
@@ -216,37 +273,18 @@ pub struct PairLanes<S: Simd> {
 }
 
 impl<S: Simd> PairLanes<S> {
-    /// Loads four pairs.
+    /// Loads pairs.
     #[inline(always)]
     pub fn load(simd: S, lines: &[Line], pairs: [(u32, u32); LANES]) -> PairLanes<S> {
-        let a = [
-            &lines[pairs[0].0 as usize],
-            &lines[pairs[1].0 as usize],
-            &lines[pairs[2].0 as usize],
-            &lines[pairs[3].0 as usize],
-        ];
-        let b = [
-            &lines[pairs[0].1 as usize],
-            &lines[pairs[1].1 as usize],
-            &lines[pairs[2].1 as usize],
-            &lines[pairs[3].1 as usize],
-        ];
+        let a: [&Line; LANES] = each_lane!(lane => &lines[pairs[lane].0 as usize]);
+        let b: [&Line; LANES] = each_lane!(lane => &lines[pairs[lane].1 as usize]);
         // Differences and sums first: they need one change of rows and columns less.
-        let differences = [
-            Lanes::load_array_ref(simd, &a[0].centre) - Lanes::load_array_ref(simd, &b[0].centre),
-            Lanes::load_array_ref(simd, &a[1].centre) - Lanes::load_array_ref(simd, &b[1].centre),
-            Lanes::load_array_ref(simd, &a[2].centre) - Lanes::load_array_ref(simd, &b[2].centre),
-            Lanes::load_array_ref(simd, &a[3].centre) - Lanes::load_array_ref(simd, &b[3].centre),
-        ];
-        let [x, y, z, _] = transposed(differences);
-        let [ax, ay, az, radius_a] = columns(simd, [&a[0].normal, &a[1].normal, &a[2].normal, &a[3].normal]);
-        let [bx, by, bz, radius_b] = columns(simd, [&b[0].normal, &b[1].normal, &b[2].normal, &b[3].normal]);
-        let reach = [
-            a[0].centre[3] + b[0].centre[3],
-            a[1].centre[3] + b[1].centre[3],
-            a[2].centre[3] + b[2].centre[3],
-            a[3].centre[3] + b[3].centre[3],
-        ];
+        let [x, y, z, _] = columns_of(each_lane!(lane =>
+            Row::load_array_ref(simd, &a[lane].centre) - Row::load_array_ref(simd, &b[lane].centre)
+        ));
+        let [ax, ay, az, radius_a] = columns(simd, each_lane!(lane => &a[lane].normal));
+        let [bx, by, bz, radius_b] = columns(simd, each_lane!(lane => &b[lane].normal));
+        let reach = each_lane!(lane => a[lane].centre[3] + b[lane].centre[3]);
         PairLanes {
             from_b: Vectors([x, y, z]),
             normal_a: Vectors([ax, ay, az]),
@@ -258,7 +296,7 @@ impl<S: Simd> PairLanes<S> {
     }
 }
 
-/// Four pairs in their common frames (see the module's page).
+/// Pairs in their common frames (see the module's page).
 #[derive(Clone, Copy)]
 pub struct Frames<S: Simd> {
     /// `e2`, `g` and the normal of B, World.
@@ -274,7 +312,7 @@ pub struct Frames<S: Simd> {
 }
 
 impl<S: Simd> Frames<S> {
-    /// The frames of four pairs; numbers without meaning where the planes are parallel.
+    /// The frames of pairs; numbers without meaning where the planes are parallel.
     #[inline(always)]
     pub fn of(pairs: &PairLanes<S>) -> Frames<S> {
         let cross = pairs.normal_a.cross(&pairs.normal_b);

@@ -102,7 +102,7 @@ impl Tally {
 /// Nothing is missed and nothing invented: 200,000 random pairs near contact.
 ///
 /// An arc's end is where the depth is 0. The quartic moves the reach by less than `e`, the bound at
-/// [`circle_circle_arcs`], and the iteration leaves 2e-13 of the half width `w` times the slope, which for a
+/// [`circle_circle_arcs`], and the iteration leaves 6e-11 of the half width `w` times the slope, which for a
 /// depth `p` below 0.7 is about `2 p / w`; ten times that for arcs that are far from a parabola.
 #[test]
 fn lanes_find_the_scalar_arcs() {
@@ -127,8 +127,8 @@ fn lanes_find_the_scalar_arcs() {
     }
     let Tally { pairs, irregular, arcs, doubtful, worst } = tally;
     println!("{pairs} pairs, {irregular} irregular, {arcs} arcs, {doubtful} that rounding decides");
-    println!("depth at an arc's end: {worst:e}, allowed 2e-11");
-    assert!(worst < 2e-11 && arcs > 50_000 && irregular < pairs / 5 && doubtful < 100);
+    println!("depth at an arc's end: {worst:e}, allowed 1e-9");
+    assert!(worst < 1e-9 && arcs > 50_000 && irregular < pairs / 5 && doubtful < 100);
 }
 
 /// Degenerate poses are answered as the scalar code answers them, or handed back.
@@ -143,8 +143,8 @@ fn lanes_are_right_or_silent_in_degenerate_poses() {
         let found = search(Level::new(), &lines, &pairs);
         cases.iter().enumerate().for_each(|(index, case)| tally.check(&found, index, case));
     }
-    println!("{} pairs, {} irregular, worst {:e}, allowed 2e-11", tally.pairs, tally.irregular, tally.worst);
-    assert!(tally.worst < 2e-11);
+    println!("{} pairs, {} irregular, worst {:e}, allowed 1e-9", tally.pairs, tally.irregular, tally.worst);
+    assert!(tally.worst < 1e-9);
 }
 
 /// The same bits with every instruction set that this machine has.

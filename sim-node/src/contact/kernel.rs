@@ -1,4 +1,4 @@
-//! The law of the module's page for many pairs of rings: arcs and forces, four side by side.
+//! The law of the module's page for many pairs of rings: arcs and forces, eight side by side.
 //!
 //! The one thing to know: the same law, the same quadrature and the same arcs as the scalar code, in the common
 //! frame of each pair ([`geometry::lanes`]), where B's closest point needs two coordinates only. What is not
@@ -15,8 +15,9 @@ use super::material::NormalLaw;
 use super::{Contact, direction};
 use crate::wrench::Velocity;
 use geometry::arc::rule_for;
+use geometry::each_lane;
 use geometry::lanes::{
-    ArcSearch, Frames, LANES, LaneArc, Lanes, Line, PairLanes, Simd, Vectors, columns, larger, transposed,
+    ArcSearch, Frames, LANES, LaneArc, Lanes, Line, PairLanes, Row, Simd, Vectors, columns, larger, rows_of,
 };
 use geometry::lanes::{Select, SimdBase, SimdFloat};
 use geometry::{Circle, GaussRule};
@@ -186,7 +187,7 @@ impl RingChunk {
     }
 }
 
-/// Up to four arcs of one rule.
+/// Up to eight arcs of one rule.
 #[inline(always)]
 fn push_group<S: Simd, const DAMPED: bool>(
     simd: S,
@@ -198,10 +199,10 @@ fn push_group<S: Simd, const DAMPED: bool>(
     forces: &mut [ArcForce],
 ) {
     let number = |lane: usize| if lane < group.len() { group[lane] } else { group[0] } as usize;
-    let numbers = [number(0), number(1), number(2), number(3)];
-    let four = [&arcs[numbers[0]], &arcs[numbers[1]], &arcs[numbers[2]], &arcs[numbers[3]]];
-    let bodies = [pairs[four[0].pair()], pairs[four[1].pair()], pairs[four[2].pair()], pairs[four[3].pair()]];
-    let rows = Push::<S>::new::<DAMPED>(simd, scene, four, bodies).rows::<DAMPED>(simd, rule);
+    let numbers: [usize; LANES] = each_lane!(lane => number(lane));
+    let arcs: [&LaneArc; LANES] = each_lane!(lane => &arcs[numbers[lane]]);
+    let bodies: [(u32, u32); LANES] = each_lane!(lane => pairs[arcs[lane].pair()]);
+    let rows = Push::<S>::new::<DAMPED>(simd, scene, arcs, bodies).rows::<DAMPED>(simd, rule);
     for (lane, &number) in group.iter().enumerate() {
         let force = &mut forces[number as usize];
         rows[0][lane].store_array(&mut force.force);
@@ -217,7 +218,7 @@ fn push_group<S: Simd, const DAMPED: bool>(
     }
 }
 
-/// Four arcs, with what their forces need.
+/// Arcs, one a lane, with what their forces need.
 struct Push<S: Simd> {
     pairs: PairLanes<S>,
     frame: Frames<S>,
@@ -241,14 +242,13 @@ impl<S: Simd> Push<S> {
         arcs: [&LaneArc; LANES],
         bodies: [(u32, u32); LANES],
     ) -> Push<S> {
-        let numbers = [arcs[0].numbers(), arcs[1].numbers(), arcs[2].numbers(), arcs[3].numbers()];
-        let [mid_cos, mid_sin, half_tangent, _] =
-            columns(simd, [&numbers[0], &numbers[1], &numbers[2], &numbers[3]]);
+        let numbers: [[f64; 4]; LANES] = each_lane!(lane => arcs[lane].numbers());
+        let [mid_cos, mid_sin, half_tangent, _] = columns(simd, each_lane!(lane => &numbers[lane]));
         let pairs = PairLanes::load(simd, scene.lines, bodies);
         let frame = Frames::of(&pairs);
-        let laws = [scene.law(bodies[0]), scene.law(bodies[1]), scene.law(bodies[2]), scene.law(bodies[3])];
+        let laws: [&NormalLaw; LANES] = each_lane!(lane => scene.law(bodies[lane]));
         let zero = Lanes::splat(simd, 0.0);
-        let stiffness = [laws[0].stiffness, laws[1].stiffness, laws[2].stiffness, laws[3].stiffness];
+        let stiffness = each_lane!(lane => laws[lane].stiffness);
         let mut push = Push {
             pairs,
             frame,
@@ -269,25 +269,17 @@ impl<S: Simd> Push<S> {
 
     #[inline(always)]
     fn damp(&mut self, simd: S, scene: &RingScene, laws: [&NormalLaw; LANES], bodies: [(u32, u32); LANES]) {
-        let rate = [laws[0].rate_damping, laws[1].rate_damping, laws[2].rate_damping, laws[3].rate_damping];
-        let viscous = [
-            laws[0].viscous_damping,
-            laws[1].viscous_damping,
-            laws[2].viscous_damping,
-            laws[3].viscous_damping,
-        ];
-        self.rate_damping = Lanes::load_array(simd, rate);
-        self.viscous_damping = Lanes::load_array(simd, viscous);
-        let motion = |body: u32| &scene.motions[body as usize];
-        let a = [motion(bodies[0].0), motion(bodies[1].0), motion(bodies[2].0), motion(bodies[3].0)];
-        let b = [motion(bodies[0].1), motion(bodies[1].1), motion(bodies[2].1), motion(bodies[3].1)];
-        let [x, y, z, of_a] = columns(simd, [&a[0].linear, &a[1].linear, &a[2].linear, &a[3].linear]);
+        self.rate_damping = Lanes::load_array(simd, each_lane!(lane => laws[lane].rate_damping));
+        self.viscous_damping = Lanes::load_array(simd, each_lane!(lane => laws[lane].viscous_damping));
+        let a: [&MotionLine; LANES] = each_lane!(lane => &scene.motions[bodies[lane].0 as usize]);
+        let b: [&MotionLine; LANES] = each_lane!(lane => &scene.motions[bodies[lane].1 as usize]);
+        let [x, y, z, of_a] = columns(simd, each_lane!(lane => &a[lane].linear));
         let v_a = Vectors([x, y, z]);
-        let [x, y, z, of_b] = columns(simd, [&b[0].linear, &b[1].linear, &b[2].linear, &b[3].linear]);
+        let [x, y, z, of_b] = columns(simd, each_lane!(lane => &b[lane].linear));
         let v_b = Vectors([x, y, z]);
-        let [x, y, z, _] = columns(simd, [&a[0].angular, &a[1].angular, &a[2].angular, &a[3].angular]);
+        let [x, y, z, _] = columns(simd, each_lane!(lane => &a[lane].angular));
         let w_a = Vectors([x, y, z]);
-        let [x, y, z, _] = columns(simd, [&b[0].angular, &b[1].angular, &b[2].angular, &b[3].angular]);
+        let [x, y, z, _] = columns(simd, each_lane!(lane => &b[lane].angular));
         let w_b = Vectors([x, y, z]);
         self.implicit = scene.half_step * (of_a + of_b) * (4.0 * self.half_tangent * self.pairs.radius_a);
         let v = v_a.minus(&v_b).plus(&self.pairs.from_b.cross(&w_a));
@@ -299,7 +291,7 @@ impl<S: Simd> Push<S> {
 
     /// Integrates over the arcs: rows of [`ArcForce`], kind by kind.
     #[inline(always)]
-    fn rows<const DAMPED: bool>(&self, simd: S, rule: GaussRule) -> [[Lanes<S>; LANES]; 7] {
+    fn rows<const DAMPED: bool>(&self, simd: S, rule: GaussRule) -> [[Row<S>; LANES]; 7] {
         let zero = Lanes::splat(simd, 0.0);
         let tiny = Lanes::splat(simd, TINY);
         let (radius_a, radius_b) = (self.pairs.radius_a, self.pairs.radius_b);
@@ -345,14 +337,15 @@ impl<S: Simd> Push<S> {
             middle = [middle[0] + elastic * cos, middle[1] + elastic * sin, middle[2] + elastic];
         }
         let [force, torque_a, torque_b] = self.wrenches(&all);
+        let none = Row::splat(simd, 0.0);
         let mut rows = [
             row(&force, 0.5 * energy),
             row(&torque_a, penetration),
             row(&torque_b, normal_force),
-            transposed([middle[0], middle[1], middle[2], zero]),
-            [zero; LANES],
-            [zero; LANES],
-            [zero; LANES],
+            rows_of([middle[0], middle[1], middle[2], zero]),
+            [none; LANES],
+            [none; LANES],
+            [none; LANES],
         ];
         if DAMPED {
             let [force, torque_a, torque_b] = self.wrenches(&lost);
@@ -401,6 +394,6 @@ impl<S: Simd> Sums<S> {
 
 /// Rows of a vector and a number.
 #[inline(always)]
-fn row<S: Simd>(vector: &Vectors<S>, last: Lanes<S>) -> [Lanes<S>; LANES] {
-    transposed([vector.0[0], vector.0[1], vector.0[2], last])
+fn row<S: Simd>(vector: &Vectors<S>, last: Lanes<S>) -> [Row<S>; LANES] {
+    rows_of([vector.0[0], vector.0[1], vector.0[2], last])
 }
