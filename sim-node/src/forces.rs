@@ -49,8 +49,10 @@ pub(crate) struct Evaluation {
     other_pairs: Vec<(u32, u32)>,
     sorted_out: u64,
     /// Poses and velocities as the kernel reads them.
-    lines: Vec<Line>,
-    motions: Vec<MotionLine>,
+    pub(crate) lines: Vec<Line>,
+    pub(crate) motions: Vec<MotionLine>,
+    /// They have been written for the next evaluation.
+    taken: bool,
     materials: Vec<u32>,
     laws: Vec<NormalLaw>,
     level: Level,
@@ -117,6 +119,7 @@ impl Evaluation {
             sorted_out: 0,
             lines: model.bodies().iter().map(line).collect(),
             motions: model.bodies().iter().map(motion).collect(),
+            taken: false,
             materials: model.bodies().iter().map(|body| body.material).collect(),
             laws: model.pair_materials().iter().map(|material| material.line).collect(),
             level: Level::new(),
@@ -204,7 +207,9 @@ impl Evaluation {
     ) {
         self.neighbours.update(model, &moment.circles);
         self.sort_out(model);
-        self.take::<DAMPED>(moment);
+        if !std::mem::take(&mut self.taken) {
+            self.take(moment, 0..model.body_count());
+        }
         let half_step = match model.integrator() {
             Integrator::Verlet => 0.5 * model.time().time_step_s,
             _ => 0.0,
@@ -228,17 +233,13 @@ impl Evaluation {
         }
     }
 
-    /// Takes poses and velocities over for the kernel.
-    fn take<const DAMPED: bool>(&mut self, moment: &Moment) {
-        for (line, circle) in self.lines.iter_mut().zip(&moment.circles) {
-            line.centre[..3].copy_from_slice(circle.centre.as_slice());
-            line.normal[..3].copy_from_slice(circle.normal.as_slice());
-        }
-        if DAMPED {
-            for (line, velocity) in self.motions.iter_mut().zip(&moment.velocities) {
-                line.linear[..3].copy_from_slice(velocity.linear.as_slice());
-                line.angular[..3].copy_from_slice(velocity.angular.as_slice());
-            }
+    /// Takes poses and velocities of some bodies over for the kernel. Who has written those of the others does
+    /// this before the evaluation, and it is not done again.
+    pub(crate) fn take(&mut self, moment: &Moment, bodies: impl Iterator<Item = usize>) {
+        self.taken = true;
+        for body in bodies {
+            self.lines[body].take(&moment.circles[body]);
+            self.motions[body].take(&moment.velocities[body]);
         }
     }
 

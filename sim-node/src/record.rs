@@ -67,7 +67,7 @@ impl Records {
         self.chained_hash = chain(&self.chained_hash, &state_hash);
         let time = model.time();
         let audited = time.is_audited(state.step);
-        let (kinetic_energy_j, gravity_energy_j) = mechanical_energy(model, state);
+        let [kinetic_energy_j, gravity_energy_j, contact_energy_j] = energies(model, state, scratch);
         if self.energy.is_some() {
             self.drive_work += scratch.drive_work_j;
         }
@@ -85,7 +85,7 @@ impl Records {
             contacts: contacts.len() as u64,
             kinetic_energy_j,
             gravity_energy_j,
-            contact_energy_j: contact_energy(model, state, scratch),
+            contact_energy_j,
             dissipated_energy_j: state.dissipated_energy_j,
             penetration_m,
             error_estimate_m: (audited && model.estimates_error())
@@ -174,8 +174,13 @@ fn put(bytes: &mut Vec<u8>, values: &[f64]) {
 /// Kinetic energy, and potential energy in the field of gravity (zero at World's origin), in joules, of all
 /// bodies but those on prescribed motions: theirs is the drive's.
 pub fn mechanical_energy(model: &Model, state: &State) -> (f64, f64) {
+    energy_of(model, state, 0)
+}
+
+/// The same of the bodies from the given number on.
+fn energy_of(model: &Model, state: &State, first: usize) -> (f64, f64) {
     let (mut kinetic, mut gravity) = (0.0, 0.0);
-    for (body, pose) in model.bodies().iter().zip(&state.bodies) {
+    for (body, pose) in model.bodies().iter().zip(&state.bodies).skip(first) {
         if body.driven {
             continue;
         }
@@ -188,28 +193,37 @@ pub fn mechanical_energy(model: &Model, state: &State) -> (f64, f64) {
     (kinetic, gravity)
 }
 
-/// Energy in the normal springs at the state (J): that of the last evaluation, less the elastic forces'
-/// work since.
-fn contact_energy(model: &Model, state: &State, scratch: &Scratch) -> f64 {
-    let evaluation = &scratch.evaluation;
-    let energy = evaluation.elastic_energy();
-    let age = scratch.evaluation_age_s;
-    if age == 0.0 {
-        return energy;
-    }
+/// The energies of the state that was just made: kinetic, in the field of gravity, and in the normal springs
+/// (J). The last is that of the last evaluation, less the elastic forces' work since.
+fn energies(model: &Model, state: &State, scratch: &Scratch) -> [f64; 3] {
+    let (evaluation, age) = (&scratch.evaluation, scratch.evaluation_age_s);
+    let contact = evaluation.elastic_energy();
     let loses = crate::forces::Evaluation::loses(model);
-    let mut power = 0.0;
-    for (index, pose) in state.bodies.iter().enumerate() {
-        let motion = Motion::of(pose);
+    let power_at = |index: usize| {
+        let motion = Motion::of(&state.bodies[index]);
         let wrench = &evaluation.wrenches[index];
         let (mut force, mut torque) = (wrench.force, wrench.torque);
         if loses {
             force -= evaluation.lost[index].force;
             torque -= evaluation.lost[index].torque;
         }
-        power += force.dot(&motion.linear) + torque.dot(&motion.angular);
+        force.dot(&motion.linear) + torque.dot(&motion.angular)
+    };
+    // Of the tops that forces move, the integrator may have summed them while it had them at hand.
+    let summed = scratch.energies.map_or(0, |_| model.top_count());
+    let (mut kinetic, mut gravity) = energy_of(model, state, summed);
+    let mut power = 0.0;
+    if let Some(tops) = &scratch.energies {
+        kinetic += tops.kinetic_j;
+        gravity += tops.gravity_j;
+        power += tops.power_w;
+        let driven = model.driven().iter().map(|driven| driven.body as usize);
+        driven.filter(|&body| body < summed).for_each(|body| power += power_at(body));
     }
-    energy - age * power
+    if age != 0.0 {
+        (summed..state.bodies.len()).for_each(|body| power += power_at(body));
+    }
+    [kinetic, gravity, if age == 0.0 { contact } else { contact - age * power }]
 }
 
 /// Looks at all links and gaps of a state.

@@ -11,6 +11,7 @@ use geometry::{Circle, Vec3};
 use schemas::scene::Integrator;
 use schemas::state::ContactState;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Bodies below which threads are not worth their waking up.
 const PARALLEL_BODIES: usize = 1000;
@@ -22,6 +23,8 @@ pub struct Scratch {
     pub(crate) moment: Moment,
     /// Work of prescribed motions in the last step (J).
     pub(crate) drive_work_j: f64,
+    /// The energies of the tops after the step, where the integrator sums them on its way.
+    pub(crate) energies: Option<MotionEnergies>,
     /// Time from the last force evaluation to the state (s).
     pub(crate) evaluation_age_s: f64,
     pub(crate) verlet: VerletScratch,
@@ -32,7 +35,17 @@ pub struct Scratch {
     /// The model with a step halved so many times, where the step is subdivided, and the memory that goes
     /// with the step.
     pub(crate) parts: BTreeMap<usize, (Model, VerletScratch)>,
-    pub(crate) pool: Option<rayon::ThreadPool>,
+    pub(crate) pool: Option<Arc<rayon::ThreadPool>>,
+}
+
+/// Energies of the symmetric tops but those on prescribed motions.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MotionEnergies {
+    pub kinetic_j: f64,
+    /// In the field of gravity; zero at World's origin.
+    pub gravity_j: f64,
+    /// Power of the elastic forces of the last evaluation with the velocities of the state (W).
+    pub power_w: f64,
 }
 
 impl Scratch {
@@ -58,12 +71,13 @@ impl Scratch {
                 random: None,
             },
             drive_work_j: 0.0,
+            energies: None,
             evaluation_age_s: 0.0,
             verlet: VerletScratch::of(model),
             level: Level::new(),
             stages: Stages::new(if stages > 0 { count } else { 0 }, stages),
             parts: BTreeMap::new(),
-            pool: pool.flatten(),
+            pool: pool.flatten().map(Arc::new),
         }
     }
 

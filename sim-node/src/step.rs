@@ -97,6 +97,7 @@ pub fn step(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(
     assert_eq!(scratch.moment.circles.len(), model.body_count(), "bodies of the scratch and of the model");
     scratch.moment.random = model.random_of_step(state.step);
     scratch.drive_work_j = 0.0;
+    scratch.energies = None;
     let in_parts = model.method().on_risk == OnRisk::Subdivide && model.integrator() != Integrator::Dopri5;
     let finite =
         if in_parts { advance_in_parts(model, state, scratch)? } else { advance(model, state, scratch)? };
@@ -111,7 +112,13 @@ pub fn step(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(
 /// to be finite already.
 pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<bool, Stop> {
     match model.integrator() {
-        Integrator::Verlet => return Ok(advance_verlet(model, state, scratch)),
+        // One way into the pool and back for all of the step.
+        Integrator::Verlet => {
+            return Ok(match scratch.pool.clone() {
+                Some(pool) => pool.install(|| advance_verlet(model, state, scratch)),
+                None => advance_verlet(model, state, scratch),
+            });
+        }
         Integrator::Rk4 => rk4::advance(model, state, scratch),
         Integrator::Dopri5 => dopri5::advance(model, state, scratch)?,
         Integrator::BackwardEuler => implicit::advance(model, state, scratch)?,
@@ -129,6 +136,8 @@ fn advance_verlet(model: &Model, state: &mut State, scratch: &mut Scratch) -> bo
     let finite = verlet::advance(model, state, scratch);
     if model.features.quadratic_drag {
         state.dissipated_energy_j += drag::slow(model, state, half);
+        // The kick's sums are of the velocities before this.
+        scratch.energies = None;
     }
     finite
 }
@@ -145,10 +154,11 @@ pub fn evaluate(model: &Model, state: &State, scratch: &mut Scratch) {
     scratch.moment.random = model.random_of_step(state.step);
     let velocities = scratch.moment.velocities.as_slice();
     let slip = SlipMotion { since: (velocities, 0.0), kept: (velocities, 0.0) };
-    let pool = scratch.pool.as_ref();
+    let pool = scratch.pool.as_deref();
     scratch.evaluation.evaluate(model, &scratch.moment, &state.contacts, slip, pool);
     scratch.evaluation_age_s = 0.0;
     scratch.drive_work_j = 0.0;
+    scratch.energies = None;
 }
 
 pub(crate) fn check_finite(model: &Model, state: &State) -> Result<(), Stop> {

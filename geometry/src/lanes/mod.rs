@@ -19,6 +19,7 @@
 //! `g = (n_A - c n_B) / sin` the vectors `(e2, g, n_B)` are right-handed and a point of A lies at
 //! `(d.e2 + R_A sin(t), d.g - R_A c cos(t), h)` from B's centre.
 
+use crate::Circle;
 use fearless_simd::prelude::{SimdCombine, SimdSplit};
 use fearless_simd::{f64x4, f64x8, mask64x8};
 
@@ -90,6 +91,16 @@ pub struct Line {
     pub centre: [f64; 4],
     /// Unit normal (World), and the major radius (m).
     pub normal: [f64; 4],
+}
+
+impl Line {
+    /// Takes over a circle's centre and normal.
+    #[inline(always)]
+    pub fn take(&mut self, circle: &Circle) {
+        let (c, n) = (&circle.centre, &circle.normal);
+        [self.centre[0], self.centre[1], self.centre[2]] = [c.x, c.y, c.z];
+        [self.normal[0], self.normal[1], self.normal[2]] = [n.x, n.y, n.z];
+    }
 }
 
 /// A contact arc in the common frame: of at most a quarter turn.

@@ -9,14 +9,17 @@ mod levels;
 mod pairs;
 mod range_tree;
 mod sweep;
+mod validity;
 
 pub use pairs::{Method, Workspace, find_pairs};
 pub use range_tree::RangeTree;
 
 use crate::Model;
+use crate::model::HalfSpace;
 use geometry::{Circle, Vec3};
 use pairs::Bodies;
 use schemas::scene::BroadPhase;
+use validity::Validity;
 
 /// Bodies up to which looking at every pair is fastest, and those up to which sorting along one axis is: by
 /// measurement (`cargo bench -p sim-node --bench broad`), much the same for sheets and heaps.
@@ -43,7 +46,7 @@ pub(crate) fn choose(asked: BroadPhase, count: usize) -> (Method, String) {
     (method, reason)
 }
 
-/// Pairs that stay apart until some body has moved by half the skin.
+/// The pairs that can touch before two others have come closer by the skin.
 #[derive(Debug, Default)]
 pub(crate) struct Neighbours {
     /// Ordered by (first, second). The first body of a pair carries the contact arc.
@@ -52,6 +55,7 @@ pub(crate) struct Neighbours {
     anchors: Vec<Vec3>,
     radii: Vec<f64>,
     workspace: Workspace,
+    validity: Validity,
     pub(crate) rebuilds: u64,
 }
 
@@ -64,18 +68,13 @@ impl Neighbours {
         &self.pairs
     }
 
-    /// Makes the list anew if some body has moved too far for the old one.
+    /// Makes the list anew if bodies may have come too close for the old one.
     pub(crate) fn update(&mut self, model: &Model, circles: &[Circle]) {
-        let limit = 0.5 * model.grid_radius() * SKIN_SHARE;
-        let limit_squared = limit * limit;
-        let moved = |(circle, anchor): (&Circle, &Vec3)| {
-            // Written so that a NaN counts as moved.
-            !((circle.centre - anchor).norm_squared() <= limit_squared)
-        };
-        if self.anchors.len() == circles.len() && !circles.iter().zip(&self.anchors).any(moved) {
-            return;
+        let centre = |body: usize| circles[body].centre;
+        let known = self.anchors.len() == circles.len();
+        if !known || !self.validity.holds(&self.anchors, model.planes(), centre) {
+            self.rebuild(model, circles);
         }
-        self.rebuild(model, circles);
     }
 
     fn rebuild(&mut self, model: &Model, circles: &[Circle]) {
@@ -93,14 +92,20 @@ impl Neighbours {
             *pair = model.ordered(a, b);
             model.interacts(a, b)
         });
+        let above = |body: usize, plane: &HalfSpace| {
+            plane.normal.dot(&self.anchors[body]) - plane.offset - bodies[body].bounding_radius
+        };
         for (index, plane) in model.planes().iter().enumerate() {
-            for (body, centre) in self.anchors.iter().enumerate() {
-                let height = plane.normal.dot(centre) - plane.offset;
-                if height < bodies[body].bounding_radius + skin && !bodies[body].pinned {
+            for body in (0..bodies.len()).filter(|&body| !bodies[body].pinned) {
+                if above(body, plane) < skin {
                     self.pairs.push((body as u32, (bodies.len() + index) as u32));
                 }
             }
         }
         self.workspace.sort(bodies.len(), &mut self.pairs);
+        self.validity.start(&self.anchors, &self.radii, skin, model.planes(), |body, plane| {
+            let slack = above(body, &model.planes()[plane]);
+            (!bodies[body].pinned && !(slack < skin)).then_some(slack)
+        });
     }
 }

@@ -13,6 +13,7 @@
 
 use super::material::NormalLaw;
 use super::{Contact, direction};
+use crate::wrench::Velocity;
 use geometry::arc::rule_for;
 use geometry::each_lane;
 use geometry::lanes::{
@@ -35,6 +36,15 @@ pub(crate) struct MotionLine {
     pub linear: [f64; 4],
     /// Angular velocity (rad/s).
     pub angular: [f64; 4],
+}
+
+impl MotionLine {
+    #[inline(always)]
+    pub(crate) fn take(&mut self, velocity: &Velocity) {
+        let (v, w) = (&velocity.linear, &velocity.angular);
+        [self.linear[0], self.linear[1], self.linear[2]] = [v.x, v.y, v.z];
+        [self.angular[0], self.angular[1], self.angular[2]] = [w.x, w.y, w.z];
+    }
 }
 
 /// What all chunks read.

@@ -106,7 +106,7 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -
 
 fn evaluate(stage: usize, time_step: f64, model: &Model, state: &State, scratch: &mut Scratch) {
     let Scratch { evaluation, moment, stages, pool, .. } = scratch;
-    let mut setting = Setting { model, evaluation, moment, pool: pool.as_ref(), springs: &state.contacts };
+    let mut setting = Setting { model, evaluation, moment, pool: pool.as_deref(), springs: &state.contacts };
     stages.evaluate(&TABLEAU, stage, time_step, &mut setting);
 }
 

@@ -20,7 +20,7 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) {
     let time_step = model.time().time_step_s;
     let Scratch { evaluation, moment, stages, pool, drive_work_j, .. } = scratch;
     stages.start_at(state);
-    let mut setting = Setting { model, evaluation, moment, pool: pool.as_ref(), springs: &state.contacts };
+    let mut setting = Setting { model, evaluation, moment, pool: pool.as_deref(), springs: &state.contacts };
     for stage in 0..TABLEAU.rows.len() {
         stages.evaluate(&TABLEAU, stage, time_step, &mut setting);
     }

@@ -24,11 +24,14 @@ use super::kick::{Kicks, Sums};
 use super::lanes::{
     Bodies, Chunk, Classes, Constants, LANES, Lane3, ZERO, get, normal, on_threads, set, turn, whole,
 };
+use crate::contact::kernel::MotionLine;
 use crate::forces::{Evaluation, SlipMotion};
+use crate::scratch::MotionEnergies;
 use crate::wrench::Velocity;
 use crate::{Model, Scratch, State, motion};
 use bytemuck::Zeroable;
-use geometry::Circle;
+use geometry::lanes::Line;
+use geometry::{Circle, Vec3};
 use nalgebra::{Quaternion, UnitQuaternion};
 use schemas::scene::Integrator;
 use schemas::state::BodyState;
@@ -44,6 +47,8 @@ pub(crate) struct VerletScratch {
     /// Orientations in the middle of the step.
     pub(super) orientations: Vec<UnitQuaternion<f64>>,
     sums: Vec<Sums>,
+    /// The pinned tops.
+    pinned: Vec<u32>,
 }
 
 impl VerletScratch {
@@ -53,7 +58,9 @@ impl VerletScratch {
             return VerletScratch::default();
         }
         let tops = &model.bodies()[..model.top_count()];
+        let pinned = |&index: &u32| tops[index as usize].pinned && !tops[index as usize].driven;
         VerletScratch {
+            pinned: (0..tops.len() as u32).filter(pinned).collect(),
             classes: Classes::new(tops, 0.5 * model.time().time_step_s),
             orientations: vec![UnitQuaternion::identity(); model.body_count()],
             sums: vec![Sums::default(); tops.len().div_ceil(CHUNK_BODIES)],
@@ -68,10 +75,12 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -
     drift_to_middle(model, state, scratch);
     asymmetric::drift_to_middle(model, state, scratch, 0.5 * time_step);
     motion::place(model, state.sim_time_s + 0.5 * time_step, &mut scratch.moment);
+    let driven = model.driven().iter().map(|driven| driven.body as usize);
+    scratch.evaluation.take(&scratch.moment, driven.chain(model.top_count()..model.body_count()));
     let velocities = scratch.moment.velocities.as_slice();
     // The velocity before the kick is the velocity between the last evaluation and this one.
     let slip = SlipMotion { since: (velocities, time_step), kept: (velocities, time_step) };
-    let pool = scratch.pool.as_ref();
+    let pool = scratch.pool.as_deref();
     scratch.evaluation.evaluate(model, &scratch.moment, &state.contacts, slip, pool);
     scratch.evaluation_age_s = 0.5 * time_step;
     scratch.keep_springs(&mut state.contacts);
@@ -81,6 +90,15 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -
     kick_and_drift(model, state, scratch);
     let sums = &scratch.verlet.sums;
     state.dissipated_energy_j += sums.iter().map(|sums| sums.lost).sum::<f64>();
+    let pinned_gravity = scratch.verlet.pinned.iter().fold(0.0, |energy, &body| {
+        let position = Vec3::from(state.bodies[body as usize].position_m);
+        energy - model.bodies()[body as usize].mass_kg * model.gravity().dot(&position)
+    });
+    scratch.energies = Some(MotionEnergies {
+        kinetic_j: sums.iter().map(|sums| sums.kinetic).sum(),
+        gravity_j: sums.iter().map(|sums| sums.gravity).sum::<f64>() + pinned_gravity,
+        power_w: sums.iter().map(|sums| sums.power).sum(),
+    });
     let loses = Evaluation::loses(model);
     state.dissipated_energy_j += asymmetric::kick_and_drift(model, state, scratch, loses);
     model.top_count() == model.body_count() && !scratch.verlet.sums.iter().any(|sums| sums.broken)
@@ -88,24 +106,29 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -
 
 /// Free motion of the tops from the state to the middle of the step, into the scratch.
 fn drift_to_middle(model: &Model, state: &State, scratch: &mut Scratch) {
-    let Scratch { moment, verlet, pool, level, .. } = scratch;
+    let Scratch { evaluation, moment, verlet, pool, level, .. } = scratch;
+    let lines = evaluation.lines.chunks_mut(CHUNK_BODIES);
+    let mut motions = evaluation.motions.chunks_mut(CHUNK_BODIES);
+    let loses = Evaluation::loses(model);
     let circles = moment.circles.chunks_mut(CHUNK_BODIES);
     let velocities = moment.velocities.chunks_mut(CHUNK_BODIES);
     let orientations = verlet.orientations.chunks_mut(CHUNK_BODIES);
     let classes = &verlet.classes;
     let tops = &state.bodies[..model.top_count()];
-    let chunks = tops.chunks(CHUNK_BODIES).zip(circles).zip(velocities).zip(orientations);
-    let drifts = chunks.enumerate().map(|(chunk, (((bodies, circles), velocities), orientations))| {
-        let first_block = chunk * CHUNK_BLOCKS;
-        Drift { first_block, classes, bodies, circles, velocities, orientations }
-    });
-    on_threads(pool.as_ref(), *level, drifts);
+    let chunks = tops.chunks(CHUNK_BODIES).zip(circles).zip(velocities).zip(orientations).zip(lines);
+    let drifts =
+        chunks.enumerate().map(|(chunk, ((((bodies, circles), velocities), orientations), lines))| {
+            let first_block = chunk * CHUNK_BLOCKS;
+            let motions = motions.next().filter(|_| loses);
+            Drift { first_block, classes, bodies, circles, velocities, orientations, lines, motions }
+        });
+    on_threads(pool.as_deref(), *level, drifts);
 }
 
 /// The kick and the second drift of the tops, from the scratch to the state.
 fn kick_and_drift(model: &Model, state: &mut State, scratch: &mut Scratch) {
     let Scratch { evaluation, moment, verlet, pool, level, .. } = scratch;
-    let VerletScratch { classes, orientations, sums } = verlet;
+    let VerletScratch { classes, orientations, sums, .. } = verlet;
     let loses = Evaluation::loses(model);
     let tops = &mut state.bodies[..model.top_count()];
     let chunks = tops.chunks_mut(CHUNK_BODIES).zip(sums).enumerate();
@@ -124,7 +147,7 @@ fn kick_and_drift(model: &Model, state: &mut State, scratch: &mut Scratch) {
             sums,
         }
     });
-    on_threads(pool.as_ref(), *level, kicks);
+    on_threads(pool.as_deref(), *level, kicks);
 }
 
 /// Free motion of a chunk from the state to the middle of the step, into the scratch.
@@ -135,6 +158,9 @@ struct Drift<'a> {
     circles: &'a mut [Circle],
     velocities: &'a mut [Velocity],
     orientations: &'a mut [UnitQuaternion<f64>],
+    /// The same for the kernel, with velocities where there is damping.
+    lines: &'a mut [Line],
+    motions: Option<&'a mut [MotionLine]>,
 }
 
 impl Chunk for Drift<'_> {
@@ -143,19 +169,25 @@ impl Chunk for Drift<'_> {
         let circles = self.circles.chunks_mut(LANES);
         let velocities = self.velocities.chunks_mut(LANES);
         let orientations = self.orientations.chunks_mut(LANES);
-        let blocks = self.bodies.chunks(LANES).zip(circles).zip(velocities).zip(orientations);
-        for (index, (((bodies, circles), velocities), orientations)) in blocks.enumerate() {
+        let lines = self.lines.chunks_mut(LANES);
+        let mut motions = self.motions.map(|motions| motions.chunks_mut(LANES));
+        let blocks = self.bodies.chunks(LANES).zip(circles).zip(velocities).zip(orientations).zip(lines);
+        for (index, ((((bodies, circles), velocities), orientations), lines)) in blocks.enumerate() {
             let constants = self.classes.of(self.first_block + index);
             let mut bodies = Bodies::load(whole(bodies, BodyState::zeroed(), &mut None));
             let angular = drift(constants, &mut bodies);
-            let out = circles.iter_mut().zip(velocities).zip(orientations);
-            for (lane, ((circle, velocity), orientation)) in (0..LANES).zip(out) {
+            let out = circles.iter_mut().zip(velocities.iter_mut()).zip(orientations).zip(lines);
+            for (lane, (((circle, velocity), orientation), line)) in (0..LANES).zip(out) {
                 let [i, j, k, w] = &bodies.orientation;
                 let q = Quaternion::new(w[lane], i[lane], j[lane], k[lane]);
                 *orientation = UnitQuaternion::new_unchecked(q);
                 let centre = get(&bodies.position, lane);
                 *circle = Circle::from_pose(centre, orientation, constants.major_radius[lane]);
                 *velocity = Velocity { linear: get(&bodies.linear, lane), angular: get(&angular, lane) };
+                line.take(circle);
+            }
+            if let Some(motions) = motions.as_mut().and_then(Iterator::next) {
+                motions.iter_mut().zip(velocities).for_each(|(motion, velocity)| motion.take(velocity));
             }
         }
     }

@@ -223,7 +223,7 @@ impl Iteration<'_> {
         }
         motion::place(model, self.time, moment);
         let slip = SlipMotion { since: (&moment.velocities, 0.0), kept: (&moment.velocities, 0.0) };
-        evaluation.evaluate(model, moment, &[], slip, pool.as_ref());
+        evaluation.evaluate(model, moment, &[], slip, pool.as_deref());
         let lack = |(index, body): (usize, &Body)| {
             if body.pinned {
                 return [0.0; 6];
