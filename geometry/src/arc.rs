@@ -274,14 +274,7 @@ pub fn circle_point_arcs(a: &Circle, point: &Vec3, reach: f64) -> Arcs {
 /// beyond.
 #[inline]
 pub fn rule_for(half_tangent: f64, radius_over_reach: f64) -> GaussRule {
+    const RULES: [GaussRule; 4] = [GaussRule::Three, GaussRule::Four, GaussRule::Six, GaussRule::Eight];
     let length = 2.0 * half_tangent * radius_over_reach;
-    if length < 0.1 {
-        GaussRule::Three
-    } else if length < 0.2 {
-        GaussRule::Four
-    } else if length < 0.5 {
-        GaussRule::Six
-    } else {
-        GaussRule::Eight
-    }
+    RULES[usize::from(!(length < 0.1)) + usize::from(!(length < 0.2)) + usize::from(!(length < 0.5))]
 }

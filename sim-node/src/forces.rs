@@ -7,21 +7,25 @@
 
 use crate::Model;
 use crate::body::Body;
-use crate::broad::Neighbours;
+use crate::broad::{CloseList, Neighbours};
 use crate::contact::kernel::{ArcForce, MotionLine, RingChunk, RingScene};
 use crate::contact::material::NormalLaw;
 use crate::contact::surface::Workspace;
 use crate::contact::{Contact, PairForce};
 use crate::narrow::Narrow;
 use crate::wrench::{Velocity, Wrench};
-use geometry::lanes::{Level, Line, dispatch};
+use geometry::lanes::{Level, Line, Simd, dispatch};
 use geometry::{Circle, Vec3};
 use rayon::prelude::*;
 use schemas::scene::{ContactLaw, Integrator};
 use schemas::state::ContactState;
 
 /// Pairs in a chunk. Part of nothing: any value gives the same bits.
-const CHUNK_PAIRS: usize = 2048;
+const CHUNK_PAIRS: usize = 1024;
+
+/// Up to which distance wires are called close, over the thinnest wire's radius: so that lists of close pairs hold
+/// for some ten steps, with few pairs that do not touch. Part of nothing, too.
+const CLOSE_SHARE: f64 = 0.25;
 
 /// Frames and velocities of all bodies at one moment.
 #[derive(Debug, Default)]
@@ -53,6 +57,7 @@ pub(crate) struct Evaluation {
     pub(crate) motions: Vec<MotionLine>,
     /// They have been written for the next evaluation.
     taken: bool,
+    close_margin: f64,
     materials: Vec<u32>,
     laws: Vec<NormalLaw>,
     level: Level,
@@ -70,7 +75,8 @@ pub(crate) struct Evaluation {
 /// The results of some pairs.
 #[derive(Debug, Default)]
 struct Chunk {
-    /// The kernel's, if these are pairs of rings for it.
+    /// Which pairs are close, and the kernel's results, if these are pairs of rings for it.
+    close: CloseList,
     rings: RingChunk,
     /// One pair at a time: those that the kernel left, or all.
     forces: Vec<PairForce>,
@@ -83,13 +89,17 @@ impl Chunk {
         level: Level,
         rings: RingScene,
         scene: &Narrow,
-        pairs: &[(u32, u32)],
+        (list, pairs): (u64, &[(u32, u32)]),
     ) {
-        let chunk = &mut self.rings;
-        dispatch!(level, simd => chunk.collide::<_, DAMPED>(simd, rings, pairs));
+        let (chunk, close) = (&mut self.rings, &mut self.close);
+        let margin = rings.close_margin;
+        dispatch!(level, simd => {
+            simd.vectorize(#[inline(always)] || close.update(simd, rings.lines, list, pairs, margin));
+            chunk.collide::<_, DAMPED>(simd, rings, &close.pairs);
+        });
         self.forces.clear();
         for &number in &self.rings.search.irregular {
-            let (a, b) = pairs[number as usize];
+            let (a, b) = self.close.pairs[number as usize];
             scene.pair::<DAMPED, FRICTION>(a, b, &mut self.workspace, &mut self.forces);
         }
     }
@@ -112,6 +122,8 @@ impl Evaluation {
             normal: [0.0, 0.0, 0.0, body.major_radius],
         };
         let motion = |body: &Body| MotionLine { linear: [0.0, 0.0, 0.0, body.mobility], angular: [0.0; 4] };
+        let rings = model.bodies()[..model.ring_count()].iter();
+        let thinnest = rings.map(|ring| ring.minor_radius).fold(f64::MAX, |a, b| if b < a { b } else { a });
         Evaluation {
             neighbours: Neighbours::default(),
             ring_pairs: Vec::new(),
@@ -120,6 +132,7 @@ impl Evaluation {
             lines: model.bodies().iter().map(line).collect(),
             motions: model.bodies().iter().map(motion).collect(),
             taken: false,
+            close_margin: CLOSE_SHARE * thinnest,
             materials: model.bodies().iter().map(|body| body.material).collect(),
             laws: model.pair_materials().iter().map(|material| material.line).collect(),
             level: Level::new(),
@@ -261,11 +274,13 @@ impl Evaluation {
             laws: &self.laws,
             material_count: scene.model.material_count(),
             half_step: scene.half_step,
+            close_margin: self.close_margin,
         };
+        let list = self.sorted_out;
         let (ring_pairs, other_pairs, level) = (&self.ring_pairs, &self.other_pairs, self.level);
         let work = |(number, chunk): (usize, &mut Chunk)| {
             if number < ring_chunks {
-                chunk.rings::<DAMPED, FRICTION>(level, rings, scene, part(ring_pairs, number));
+                chunk.rings::<DAMPED, FRICTION>(level, rings, scene, (list, part(ring_pairs, number)));
             } else {
                 chunk.others::<DAMPED, FRICTION>(scene, part(other_pairs, number - ring_chunks));
             }

@@ -3,7 +3,7 @@
 //! At the edges of `h`'s strip the quartic is `y^2 (1 + tau^2)^2`, at those of `y`'s it is
 //! `h^2 (1 + tau^2)^2`. Neither is negative, so that a contact shows as a dip between two positive ends.
 
-use super::{Frames, LANES, Lanes, Line, PairLanes, Row, Simd, larger, rows_of, smaller};
+use super::{Frames, LANES, Lanes, Line, Mask, PairLanes, Simd, larger, smaller};
 use crate::each_lane;
 use fearless_simd::prelude::*;
 
@@ -15,21 +15,22 @@ const SIN_SQUARED_MIN: f64 = 0.01;
 const SENSES: [f64; 2] = [1.0, -1.0];
 
 /// A stretch of A on which there may be a contact.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[repr(C, align(32))]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Chart {
-    /// The quartic's coefficients of `u^0` to `u^3`; `u` runs from -1 to 1.
-    pub low: [f64; 4],
-    /// The coefficient of `u^4`, the scale, cosine and sine of the origin from `e1`.
-    pub rest: [f64; 4],
+    /// The quartic's coefficients of `u^0` to `u^4`; `u` runs from -1 to 1.
+    pub c: [f64; 5],
     /// `tau = offset + scale u` is the tangent of half the angle from the origin.
+    pub scale: f64,
     pub offset: f64,
+    /// Cosine and sine of the origin from `e1`.
+    pub mid_cos: f64,
+    pub mid_sin: f64,
     /// -1 where `u` runs against the angle, else 1.
     pub sense: f64,
     /// Number of its pair.
-    pub pair: u32,
+    pub pair: f64,
     /// How often it was cut.
-    pub cuts: u32,
+    pub cuts: f64,
 }
 
 impl Chart {
@@ -41,9 +42,7 @@ impl Chart {
 
     /// The part about a middle: Horner's scheme, again and again, gives Taylor's coefficients there.
     fn part(&self, middle: f64, half: f64) -> Chart {
-        let [c_0, c_1, c_2, c_3] = self.low;
-        let [c_4, scale, ..] = self.rest;
-        let mut c = [c_0, c_1, c_2, c_3, c_4];
+        let mut c = self.c;
         for first in 0..4 {
             for i in (first..4).rev() {
                 c[i] += middle * c[i + 1];
@@ -54,68 +53,305 @@ impl Chart {
             power *= half;
             *value *= power;
         }
-        let [c_0, c_1, c_2, c_3, c_4] = c;
         Chart {
-            low: [c_0, c_1, c_2, c_3],
-            rest: [c_4, scale * half, self.rest[2], self.rest[3]],
-            offset: self.offset + scale * middle,
-            cuts: self.cuts + 1,
+            c,
+            scale: self.scale * half,
+            offset: self.offset + self.scale * middle,
+            cuts: self.cuts + 1.0,
             ..*self
         }
     }
 }
 
-/// Writes the charts of the pairs `near`, in order, and returns how many; pairs outside the common case go to
-/// `irregular`.
+/// Numbers of a chart as they lie in a block.
+const NUMBERS: usize = 12;
+
+/// Eight charts, number by number.
+pub(super) type Block = [[f64; LANES]; NUMBERS];
+
+/// Charts side by side, in blocks of eight. The last block's rest has numbers without meaning.
+#[derive(Debug, Default)]
+pub(super) struct Charts {
+    blocks: Vec<Block>,
+    count: usize,
+}
+
+impl Charts {
+    #[inline]
+    pub(super) fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    #[inline]
+    pub(super) fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    #[inline]
+    pub(super) fn len(&self) -> usize {
+        self.count
+    }
+
+    /// The blocks, each with how many charts it has.
+    #[inline(always)]
+    pub(super) fn blocks(&self) -> impl Iterator<Item = (&Block, usize)> {
+        let count = self.count;
+        let fill = move |first: usize| if count - first < LANES { count - first } else { LANES };
+        self.blocks[..count.div_ceil(LANES)]
+            .iter()
+            .enumerate()
+            .map(move |(index, block)| (block, fill(index * LANES)))
+    }
+
+    /// Makes room for that many more charts.
+    #[inline(always)]
+    fn reserve(&mut self, more: usize) {
+        let blocks = (self.count + more).div_ceil(LANES);
+        if self.blocks.len() < blocks {
+            self.blocks.resize(blocks, [[0.0; LANES]; NUMBERS]);
+        }
+    }
+
+    #[inline(always)]
+    fn put(&mut self, numbers: [f64; NUMBERS]) {
+        let block = &mut self.blocks[self.count / LANES];
+        let lane = self.count % LANES;
+        for (column, number) in block.iter_mut().zip(numbers) {
+            column[lane] = number;
+        }
+        self.count += 1;
+    }
+
+    pub(super) fn push(&mut self, chart: &Chart) {
+        let Chart { c: [c_0, c_1, c_2, c_3, c_4], scale, offset, mid_cos, mid_sin, sense, pair, cuts } = *chart;
+        self.reserve(1);
+        self.put([c_0, c_1, c_2, c_3, c_4, scale, offset, mid_cos, mid_sin, sense, pair, cuts]);
+    }
+}
+
+/// A chart of a block.
+pub(super) fn chart_of(block: &Block, lane: usize) -> Chart {
+    let [c_0, c_1, c_2, c_3, c_4, scale, offset, mid_cos, mid_sin, sense, pair, cuts] =
+        each_number(|number| block[number][lane]);
+    Chart { c: [c_0, c_1, c_2, c_3, c_4], scale, offset, mid_cos, mid_sin, sense, pair, cuts }
+}
+
+fn each_number(number: impl Fn(usize) -> f64) -> [f64; NUMBERS] {
+    core::array::from_fn(number)
+}
+
+/// Writes the charts of pairs, in order; the numbers of pairs outside the common case go to `irregular`.
 #[inline(always)]
 pub(super) fn charts<S: Simd>(
     simd: S,
     lines: &[Line],
     pairs: &[(u32, u32)],
-    near: &[u32],
-    charts: &mut Vec<Chart>,
+    charts: &mut Charts,
     irregular: &mut Vec<u32>,
-) -> usize {
-    let most = 2 * (near.len() + LANES);
-    if charts.len() < most {
-        charts.resize(most, Chart::default());
+) {
+    charts.clear();
+    charts.reserve(4 * (pairs.len() + LANES));
+    let mut parts = [Parts::ZERO, Parts::ZERO];
+    for (index, group) in pairs.chunks(LANES).enumerate() {
+        let first = index * LANES;
+        let pair = |lane: usize| if lane < group.len() { group[lane] } else { group[0] };
+        let here = (1u32 << group.len()) - 1;
+        let sides = sides(simd, &PairLanes::load(simd, lines, each_lane!(lane => pair(lane))));
+        let odd = sides.irregular & here;
+        if odd != 0 {
+            irregular.extend((0..group.len()).filter(|lane| (odd >> lane) & 1 == 1).map(|n| (first + n) as u32));
+        }
+        let mut keep = 0;
+        for (side, parts) in sides.sides.iter().zip(&mut parts) {
+            let bits = parts.take(simd, side, here & !odd);
+            // For each lane four bits: the parts of one side and of the other.
+            keep = (keep >> 2) | (spread(bits[0]) << 2) | (spread(bits[1]) << 3);
+        }
+        while keep != 0 {
+            let slot = keep.trailing_zeros() as usize;
+            keep &= keep - 1;
+            let (lane, side, upper) = (slot / 4, (slot / 2) % 2, slot % 2);
+            let half = &parts[side].halves[upper];
+            charts.put([
+                half[0][lane],
+                half[1][lane],
+                half[2][lane],
+                half[3][lane],
+                half[4][lane],
+                half[5][lane],
+                half[6][lane],
+                parts[side].origin[0][lane],
+                parts[side].origin[1][lane],
+                SENSES[side],
+                (first + lane) as f64,
+                0.0,
+            ]);
+        }
     }
-    let charts = charts.as_mut_slice();
-    let mut count = 0;
-    for group in near.chunks(LANES) {
-        let number = |lane: usize| if lane < group.len() { group[lane] } else { group[0] };
-        let numbers: [u32; LANES] = each_lane!(lane => number(lane));
-        let eight = each_lane!(lane => pairs[numbers[lane] as usize]);
-        let sides = sides(simd, &PairLanes::load(simd, lines, eight));
-        let here = (1u64 << group.len()) - 1;
-        if sides.irregular & here != 0 {
-            let odd = |lane: &usize| (sides.irregular >> lane) & 1 == 1;
-            irregular.extend((0..group.len()).filter(odd).map(|lane| numbers[lane]));
-        }
-        let keep = [sides.keep[0] & here & !sides.irregular, sides.keep[1] & here & !sides.irregular];
-        if keep[0] | keep[1] == 0 {
-            continue;
-        }
-        for (lane, &pair) in numbers.iter().enumerate() {
-            for (side, keep) in keep.iter().enumerate() {
-                let chart = &mut charts[count];
-                sides.low[side][lane].store_array(&mut chart.low);
-                sides.rest[side][lane].store_array(&mut chart.rest);
-                (chart.offset, chart.sense) = (0.0, SENSES[side]);
-                (chart.pair, chart.cuts) = (pair, 0);
-                count += ((keep >> lane) & 1) as usize;
-            }
-        }
-    }
-    count
 }
 
-/// Both sides of the pairs: rows of charts, and bits of those that may touch.
+/// Appends the pairs that have a chart, with wires that are thicker by the margin, or that are irregular.
+#[inline(always)]
+pub(super) fn touchable<S: Simd>(
+    simd: S,
+    lines: &[Line],
+    pairs: &[(u32, u32)],
+    margin: f64,
+    near: &mut Vec<(u32, u32)>,
+) {
+    for group in pairs.chunks(LANES) {
+        let pair = |lane: usize| if lane < group.len() { group[lane] } else { group[0] };
+        let mut loaded = PairLanes::load(simd, lines, each_lane!(lane => pair(lane)));
+        loaded.reach += margin;
+        // With wires thicker than B's hole the quartic is positive in the middle of the contact, too.
+        let thick = (!loaded.reach.simd_lt(loaded.radius_b)).to_bitmask() as u32;
+        let sides = sides(simd, &loaded);
+        let keep = sides.sides[0].keep | sides.sides[1].keep | sides.irregular | thick;
+        near.extend((0..group.len()).filter(|lane| (keep >> lane) & 1 == 1).map(|lane| group[lane]));
+    }
+}
+
+/// Eight bits, each the lowest of four.
+#[inline(always)]
+fn spread(bits: u32) -> u32 {
+    let bits = (bits | (bits << 12)) & 0x000F_000F;
+    let bits = (bits | (bits << 6)) & 0x0303_0303;
+    (bits | (bits << 3)) & 0x1111_1111
+}
+
+/// Both sides of the pairs.
 struct Sides<S: Simd> {
-    low: [[Row<S>; LANES]; 2],
-    rest: [[Row<S>; LANES]; 2],
-    keep: [u64; 2],
-    irregular: u64,
+    sides: [Side<S>; 2],
+    irregular: u32,
+}
+
+/// One side of the pairs: the quartic, whether it may be negative, and where it is counted from.
+struct Side<S: Simd> {
+    c: [Lanes<S>; 5],
+    keep: u32,
+    half_tangent: Lanes<S>,
+    origin: [Lanes<S>; 2],
+}
+
+/// The charts of one side, number by number: whole ones or lower parts, and upper parts.
+struct Parts {
+    /// The quartic's coefficients, scale and offset.
+    halves: [[[f64; LANES]; 7]; 2],
+    origin: [[f64; LANES]; 2],
+}
+
+impl Parts {
+    const ZERO: Parts = Parts { halves: [[[0.0; LANES]; 7]; 2], origin: [[0.0; LANES]; 2] };
+
+    /// Takes a side over, cut where it is to be cut; returns the bits of whole charts and lower parts, and those of
+    /// upper parts, that may touch.
+    #[inline(always)]
+    fn take<S: Simd>(&mut self, simd: S, side: &Side<S>, here: u32) -> [u32; 2] {
+        let keep = side.keep & here;
+        if keep == 0 {
+            return [0; 2];
+        }
+        let zero = Lanes::splat(simd, 0.0);
+        let [whole, upper] = &mut self.halves;
+        let c = &side.c;
+        for (numbers, lanes) in self.origin.iter_mut().zip(side.origin) {
+            lanes.store_array(numbers);
+        }
+        let (cut, place) = cuts(simd, c);
+        let bits = cut.to_bitmask() as u32 & keep;
+        if bits == 0 {
+            store(whole, c, side.half_tangent, zero);
+            return [keep, 0];
+        }
+        let (middle, half) = (0.5 * (place - 1.0), 0.5 * (place + 1.0));
+        let (low, low_keep) = part(simd, c, middle, half);
+        let low: [Lanes<S>; 5] = [
+            cut.select(low[0], c[0]),
+            cut.select(low[1], c[1]),
+            cut.select(low[2], c[2]),
+            cut.select(low[3], c[3]),
+            cut.select(low[4], c[4]),
+        ];
+        let scale = cut.select(side.half_tangent * half, side.half_tangent);
+        store(whole, &low, scale, cut.select(side.half_tangent * middle, zero));
+        let (middle, half) = (0.5 * (place + 1.0), 0.5 * (1.0 - place));
+        let (high, high_keep) = part(simd, c, middle, half);
+        store(upper, &high, side.half_tangent * half, side.half_tangent * middle);
+        [keep & (!bits | low_keep), bits & high_keep]
+    }
+}
+
+#[inline(always)]
+fn store<S: Simd>(
+    numbers: &mut [[f64; LANES]; 7],
+    c: &[Lanes<S>; 5],
+    scale: Lanes<S>,
+    offset: Lanes<S>,
+) {
+    c[0].store_array(&mut numbers[0]);
+    c[1].store_array(&mut numbers[1]);
+    c[2].store_array(&mut numbers[2]);
+    c[3].store_array(&mut numbers[3]);
+    c[4].store_array(&mut numbers[4]);
+    scale.store_array(&mut numbers[5]);
+    offset.store_array(&mut numbers[6]);
+}
+
+/// Which charts are to be cut, and where: positive between two minima, as four sign changes of the Bernstein
+/// coefficients let one suspect.
+#[inline(always)]
+fn cuts<S: Simd>(simd: S, c: &[Lanes<S>; 5]) -> (Mask<S>, Lanes<S>) {
+    let (zero, half) = (Lanes::splat(simd, 0.0), Lanes::splat(simd, 0.5));
+    let b = bernstein(c);
+    let ends = b[0].simd_gt(zero) & b[4].simd_gt(zero);
+    let four_changes = ends & b[1].simd_lt(zero) & b[3].simd_lt(zero) & b[2].simd_gt(zero);
+    // Where the quartic bends upwards least; if it bends downwards there, it has a maximum near it.
+    let centre = within(-0.25 * c[3] / c[4], half);
+    let (step, bend) = newton(c, centre);
+    let top = within(centre - step, half);
+    let on_top = bend.simd_lt(zero) & value(c, top).simd_gt(zero);
+    let place = on_top.select(top, centre);
+    (four_changes & (on_top | value(c, centre).simd_gt(zero)), place)
+}
+
+#[inline(always)]
+fn value<S: Simd>(c: &[Lanes<S>; 5], u: Lanes<S>) -> Lanes<S> {
+    c[0] + u * (c[1] + u * (c[2] + u * (c[3] + u * c[4])))
+}
+
+/// A part of charts, as [`Chart::part`] has it; and the bits of the lanes in which it may be negative.
+#[inline(always)]
+fn part<S: Simd>(simd: S, c: &[Lanes<S>; 5], middle: Lanes<S>, half: Lanes<S>) -> ([Lanes<S>; 5], u32) {
+    let c_3 = c[3] + middle * c[4];
+    let c_2 = c[2] + middle * c_3;
+    let c_1 = c[1] + middle * c_2;
+    let c_0 = c[0] + middle * c_1;
+    let d_3 = c_3 + middle * c[4];
+    let d_2 = c_2 + middle * d_3;
+    let d_1 = c_1 + middle * d_2;
+    let e_3 = d_3 + middle * c[4];
+    let e_2 = d_2 + middle * e_3;
+    let f_3 = e_3 + middle * c[4];
+    let squared = half * half;
+    let cubed = squared * half;
+    let part = [c_0, d_1 * half, e_2 * squared, f_3 * cubed, c[4] * (cubed * half)];
+    let b = bernstein(&part);
+    let least = smaller(smaller(smaller(b[0], b[1]), smaller(b[3], b[4])), b[2]);
+    (part, (!least.simd_ge(Lanes::splat(simd, 0.0))).to_bitmask() as u32)
+}
+
+/// Newton's step towards a zero of the slope (to be subtracted), and the second derivative.
+#[inline(always)]
+pub(super) fn newton<S: Simd>(c: &[Lanes<S>; 5], u: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+    let slope = c[1] + u * (2.0 * c[2] + u * (3.0 * c[3] + u * (4.0 * c[4])));
+    let bend = 2.0 * c[2] + u * (6.0 * c[3] + u * (12.0 * c[4]));
+    (slope / bend, bend)
+}
+
+/// The number, brought between `-limit` and `limit`.
+#[inline(always)]
+pub(super) fn within<S: Simd>(x: Lanes<S>, limit: Lanes<S>) -> Lanes<S> {
+    larger(smaller(x, limit), -limit)
 }
 
 #[inline(always)]
@@ -165,22 +401,21 @@ fn sides<S: Simd>(simd: S, pairs: &PairLanes<S>) -> Sides<S> {
     let mean = [other[0] + other[1] * mid_cos, square * (other[0] - other[1] * mid_cos)];
     let (slope, slope_mean) = (double * (other[2] * mid_cos), double * (other[1] * mid_sin));
     let across = other[2] * mid_sin;
-    let side = Side { reach, square, strip };
+    let quartic = Quartic { reach, square, strip };
     let (plus, plus_keep) =
-        side.quartic(simd, [mean[0] + across, slope - slope_mean, mean[1] - square * across]);
+        quartic.along(simd, [mean[0] + across, slope - slope_mean, mean[1] - square * across]);
     let (minus, minus_keep) =
-        side.quartic(simd, [mean[0] - across, -slope - slope_mean, mean[1] + square * across]);
+        quartic.along(simd, [mean[0] - across, -slope - slope_mean, mean[1] + square * across]);
     let regular = (frame.sin * frame.sin).simd_gt(Lanes::splat(simd, SIN_SQUARED_MIN));
     // The middles from e1 again.
     let (x, y) = (mid_cos * turn_cos, mid_sin * turn_sin);
     let (z, w) = (mid_sin * turn_cos, mid_cos * turn_sin);
-    let (plus_low, plus_rest) = rows(&plus, half_tangent, x - y, z + w);
-    let (minus_low, minus_rest) = rows(&minus, half_tangent, x + y, w - z);
     Sides {
-        low: [plus_low, minus_low],
-        rest: [plus_rest, minus_rest],
-        keep: [plus_keep, minus_keep],
-        irregular: !regular.to_bitmask() & ((1 << LANES) - 1),
+        sides: [
+            Side { c: plus, keep: plus_keep, half_tangent, origin: [x - y, z + w] },
+            Side { c: minus, keep: minus_keep, half_tangent, origin: [x + y, w - z] },
+        ],
+        irregular: (!regular).to_bitmask() as u32,
     }
 }
 
@@ -191,29 +426,19 @@ fn share<S: Simd>(simd: S, squared: Lanes<S>) -> Lanes<S> {
     smaller(larger(squared, Lanes::splat(simd, 0.0)), Lanes::splat(simd, 1.0)).sqrt()
 }
 
-/// A chart for each lane.
-#[inline(always)]
-fn rows<S: Simd>(
-    c: &[Lanes<S>; 5],
-    half_tangent: Lanes<S>,
-    mid_cos: Lanes<S>,
-    mid_sin: Lanes<S>,
-) -> ([Row<S>; LANES], [Row<S>; LANES]) {
-    (rows_of([c[0], c[1], c[2], c[3]]), rows_of([c[4], half_tangent, mid_cos, mid_sin]))
-}
-
-struct Side<S: Simd> {
+/// What the quartics of both sides share.
+struct Quartic<S: Simd> {
     reach: Lanes<S>,
     square: Lanes<S>,
     strip: [Lanes<S>; 3],
 }
 
-impl<S: Simd> Side<S> {
+impl<S: Simd> Quartic<S> {
     /// The quartic `y^2 + h^2 - reach^2`, times `(1 + tau^2)^2`, in powers of `u`, from `y` in powers of `u`,
     /// where `h` is the wave with the strip and `y` the other one; and the bits of the lanes in which it may be
     /// negative.
     #[inline(always)]
-    fn quartic(&self, simd: S, y: [Lanes<S>; 3]) -> ([Lanes<S>; 5], u64) {
+    fn along(&self, simd: S, y: [Lanes<S>; 3]) -> ([Lanes<S>; 5], u32) {
         let (h, square, reach) = (&self.strip, self.square, self.reach);
         let reach_squared = reach * reach;
         let edge = square * reach_squared;
@@ -234,7 +459,7 @@ impl<S: Simd> Side<S> {
         let (y_first, y_middle, y_last) = (y[0] + y[2] - y[1], y[0] - y[2], y[0] + y[2] + y[1]);
         let above = y_first.simd_gt(rim) & y_middle.simd_gt(middle) & y_last.simd_gt(rim);
         let below = (-y_first).simd_gt(rim) & (-y_middle).simd_gt(middle) & (-y_last).simd_gt(rim);
-        (c, !(positive | above | below).to_bitmask())
+        (c, (!(positive | above | below)).to_bitmask() as u32)
     }
 }
 

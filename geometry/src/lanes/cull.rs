@@ -1,4 +1,4 @@
-//! Which pairs of rings can touch at all: each ring against the slab of the other's plane, and A against the
+//! Which pairs of rings can touch at all, with wires that are thicker by a margin: each ring against the slab of the other's plane, and A against the
 //! cylinder shells about B's centre.
 //!
 //! A pair is dropped only where the gap is beyond rounding: the squared amplitudes are taken [`SLACK`] larger
@@ -13,7 +13,13 @@ const SLACK: f64 = 1e-14;
 
 /// Writes the numbers of the pairs that are left to `near`, in order, and returns how many.
 #[inline(always)]
-pub(super) fn cull<S: Simd>(simd: S, lines: &[Line], pairs: &[(u32, u32)], near: &mut Vec<u32>) -> usize {
+pub(super) fn cull<S: Simd>(
+    simd: S,
+    lines: &[Line],
+    pairs: &[(u32, u32)],
+    margin: f64,
+    near: &mut Vec<u32>,
+) -> usize {
     if near.len() < pairs.len() + LANES {
         near.resize(pairs.len() + LANES, 0);
     }
@@ -22,7 +28,7 @@ pub(super) fn cull<S: Simd>(simd: S, lines: &[Line], pairs: &[(u32, u32)], near:
     let mut groups = pairs.chunks_exact(LANES);
     let mut first = 0;
     for group in &mut groups {
-        let mut keep = kept(simd, lines, each_lane!(lane => group[lane]));
+        let mut keep = kept(simd, lines, margin, each_lane!(lane => group[lane]));
         for lane in 0..LANES as u32 {
             near[count] = first + lane;
             count += (keep & 1) as usize;
@@ -33,7 +39,7 @@ pub(super) fn cull<S: Simd>(simd: S, lines: &[Line], pairs: &[(u32, u32)], near:
     let rest = groups.remainder();
     if let Some(&last) = rest.last() {
         let pair = |lane: usize| *rest.get(lane).unwrap_or(&last);
-        let mut keep = kept(simd, lines, each_lane!(lane => pair(lane)));
+        let mut keep = kept(simd, lines, margin, each_lane!(lane => pair(lane)));
         for lane in 0..rest.len() as u32 {
             near[count] = first + lane;
             count += (keep & 1) as usize;
@@ -45,9 +51,9 @@ pub(super) fn cull<S: Simd>(simd: S, lines: &[Line], pairs: &[(u32, u32)], near:
 
 /// A bit for each pair that may touch; also for one with a NaN.
 #[inline(always)]
-fn kept<S: Simd>(simd: S, lines: &[Line], pairs: [(u32, u32); LANES]) -> u64 {
+fn kept<S: Simd>(simd: S, lines: &[Line], margin: f64, pairs: [(u32, u32); LANES]) -> u64 {
     let pairs = PairLanes::load(simd, lines, pairs);
-    let (d, reach) = (&pairs.from_b, pairs.reach);
+    let (d, reach) = (&pairs.from_b, pairs.reach + margin);
     let (a, b) = (pairs.radius_a, pairs.radius_b);
     let (a_squared, b_squared) = (a * a, b * b);
     let over_b = d.dot(&pairs.normal_b);
@@ -68,6 +74,7 @@ fn kept<S: Simd>(simd: S, lines: &[Line], pairs: [(u32, u32); LANES]) -> u64 {
     let outside = mean - outer * outer;
     let inside = inner * inner - mean;
     let far_out = outside.simd_gt(zero) & (outside * outside).simd_gt(amplitude_squared);
-    let far_in = inside.simd_gt(zero) & (inside * inside).simd_gt(amplitude_squared);
+    let far_in =
+        inner.simd_gt(zero) & inside.simd_gt(zero) & (inside * inside).simd_gt(amplitude_squared);
     !((far_a | far_b) | (far_out | far_in)).to_bitmask()
 }

@@ -17,18 +17,17 @@
 //! here about the arc's length `2 w`. With a last step below `w / 1024` that is `6e-11 w`. The depth vanishes at
 //! the ends, so the force of an arc changes by the square of that: less than rounding.
 
-use super::chart::{Chart, bernstein};
-use super::{LANES, LaneArc, Lanes, Mask, Row, Simd, columns, larger, rows_of, smaller};
+use super::chart::{Block, Charts, bernstein, chart_of, newton, within};
+use super::{LANES, LaneArc, Lanes, Mask, Row, Simd, larger, rows_of, smaller};
 use crate::arc::HALF_TANGENT_MAX;
-use crate::each_lane;
 use fearless_simd::prelude::*;
 
 /// Newton steps to the minimum.
-const MINIMUM_STEPS: usize = 3;
+const MINIMUM_STEPS: usize = 2;
 /// A chart that was cut so often is left alone.
-const CUTS_MAX: u32 = 5;
-/// Halley steps to the roots at most; three or four are usual.
-const ROOT_STEPS: usize = 24;
+const CUTS_MAX: f64 = 5.0;
+/// Halley steps to the roots without a look, and at most.
+const ROOT_STEPS: [usize; 2] = [3, 24];
 /// The last step, in half widths of the arc.
 const STEP_MAX: f64 = 1.0 / 1024.0;
 /// Value times half the second derivative, over the slope squared: about the distance to the root over twice that
@@ -42,8 +41,8 @@ const INNER: f64 = 1.0 - 1.0 / 16.0;
 #[inline(always)]
 pub(super) fn isolate<S: Simd>(
     simd: S,
-    charts: &[Chart],
-    cuts: &mut [Vec<Chart>; 2],
+    charts: &Charts,
+    cuts: &mut [Charts; 2],
     arcs: &mut Vec<LaneArc>,
     irregular: &mut Vec<u32>,
 ) {
@@ -60,38 +59,38 @@ pub(super) fn isolate<S: Simd>(
         core::mem::swap(parts, next);
     }
     // Each round is in order; a pair's two arcs stay in the order in which they were found.
-    arcs.sort_by_key(|arc| arc.pair as u32);
+    arcs.sort_by_key(LaneArc::pair);
 }
 
 #[inline(always)]
 fn isolate_all<S: Simd>(
     simd: S,
-    charts: &[Chart],
-    parts: &mut Vec<Chart>,
+    charts: &Charts,
+    parts: &mut Charts,
     arcs: &mut Vec<LaneArc>,
     irregular: &mut Vec<u32>,
 ) {
     let mut count = arcs.len();
     arcs.resize(count + charts.len() + LANES, LaneArc::default());
-    for group in charts.chunks(LANES) {
-        let chart = |lane: usize| if lane < group.len() { &group[lane] } else { &group[0] };
-        let eight: [&Chart; LANES] = each_lane!(lane => chart(lane));
-        let here = (1u64 << group.len()) - 1;
-        let found = ends(simd, eight);
+    for (block, filled) in charts.blocks() {
+        let here = (1u64 << filled) - 1;
+        let found = ends(simd, block, here);
         let odd = !(found.touching | found.empty) & here;
         if odd != 0 {
-            for (lane, chart) in group.iter().enumerate().filter(|(lane, _)| (odd >> lane) & 1 == 1) {
+            let mut places = [0.0; LANES];
+            found.place.store_array(&mut places);
+            for (lane, place) in places.iter().enumerate().filter(|(lane, _)| (odd >> lane) & 1 == 1) {
+                let chart = chart_of(block, lane);
                 if (found.open >> lane) & 1 == 1 && chart.cuts < CUTS_MAX {
-                    parts.extend(chart.cut(found.place[lane]));
+                    chart.cut(*place).iter().for_each(|part| parts.push(part));
                 } else {
-                    irregular.push(chart.pair);
+                    irregular.push(chart.pair as u32);
                 }
             }
         }
         let keep = found.touching & here;
-        for (lane, (row, chart)) in found.arcs.iter().zip(eight).enumerate() {
-            let [mid_cos, mid_sin, half_tangent, _] = *row.as_array();
-            arcs[count] = LaneArc { mid_cos, mid_sin, half_tangent, pair: f64::from(chart.pair) };
+        for (lane, row) in found.arcs.iter().enumerate() {
+            row.store_array(&mut arcs[count].numbers);
             count += ((keep >> lane) & 1) as usize;
         }
     }
@@ -109,10 +108,14 @@ struct Found<S: Simd> {
 }
 
 #[inline(always)]
-fn ends<S: Simd>(simd: S, charts: [&Chart; LANES]) -> Found<S> {
-    let [c_0, c_1, c_2, c_3] = columns(simd, each_lane!(lane => &charts[lane].low));
-    let [c_4, scale, mid_cos, mid_sin] = columns(simd, each_lane!(lane => &charts[lane].rest));
-    let c = [c_0, c_1, c_2, c_3, c_4];
+fn ends<S: Simd>(simd: S, block: &Block, here: u64) -> Found<S> {
+    let c = [
+        number(simd, block, 0),
+        number(simd, block, 1),
+        number(simd, block, 2),
+        number(simd, block, 3),
+        number(simd, block, 4),
+    ];
     let zero = Lanes::splat(simd, 0.0);
     let one = Lanes::splat(simd, 1.0);
     let b = bernstein(&c);
@@ -120,30 +123,31 @@ fn ends<S: Simd>(simd: S, charts: [&Chart; LANES]) -> Found<S> {
     // With both ends positive the only list with four changes is + - + - +.
     let four_changes = b[1].simd_lt(zero) & b[3].simd_lt(zero) & b[2].simd_gt(zero);
 
-    let m = middle(simd, &c, &b, four_changes);
+    let (m, flat) = middle(simd, &c, &b, four_changes);
     let (lowest, slope, half_bend) = taylor(&c, m);
     let negative = lowest.simd_lt(zero);
     let (no_root, one_root) = certify(&b, m, zero);
     let certain = ends_outside & negative & (!four_changes | one_root);
 
     // To start with, the roots of the quartic less its odd part about its minimum.
-    let shift = four_changes.select(zero, 0.5 * slope / half_bend);
+    let shift = flat.select(zero, 0.5 * slope / half_bend);
     let depth = lowest - 0.5 * slope * shift;
-    let root = larger(half_bend * half_bend - 4.0 * (c_4 * depth), zero).sqrt();
+    let root = larger(half_bend * half_bend - 4.0 * (c[4] * depth), zero).sqrt();
     let width = larger(-2.0 * depth / (half_bend + root), zero).sqrt();
     let low = Bracket { from: -one, to: m, x: m - shift - width, done: !certain };
     let high = Bracket { from: one, to: m, x: m - shift + width, done: !certain };
-    let [low, high] = roots(simd, &c, [low, high]);
+    let [low, high] = roots(simd, &c, [low, high], here);
     let converged = low.done & high.done;
     let (low, high) = (low.x, high.x);
 
     // The arc from `start` to `end` as in `Arc::between`.
-    let offset = Lanes::load_array(simd, each_lane!(lane => charts[lane].offset));
+    let (scale, offset) = (number(simd, block, 5), number(simd, block, 6));
+    let (mid_cos, mid_sin) = (number(simd, block, 7), number(simd, block, 8));
     let (start, end) = (offset + scale * low, offset + scale * high);
     let norm = ((1.0 + start * start) * (1.0 + end * end)).sqrt();
     let inverse = 1.0 / norm;
     let (cos, sin) = ((1.0 - start * end) * inverse, (start + end) * inverse);
-    let turn = sin * Lanes::load_array(simd, each_lane!(lane => charts[lane].sense));
+    let turn = sin * number(simd, block, 9);
     let arc_cos = mid_cos * cos - mid_sin * turn;
     let arc_sin = mid_sin * cos + mid_cos * turn;
     let arc_tangent = (end - start) / (norm + (1.0 + start * end));
@@ -151,7 +155,7 @@ fn ends<S: Simd>(simd: S, charts: [&Chart; LANES]) -> Found<S> {
 
     let positive = ends_outside & lowest.simd_gt(zero);
     Found {
-        arcs: rows_of([arc_cos, arc_sin, arc_tangent, zero]),
+        arcs: rows_of([arc_cos, arc_sin, arc_tangent, number(simd, block, 10)]),
         touching: (certain & converged & short).to_bitmask(),
         empty: (positive & no_root).to_bitmask(),
         open: positive.to_bitmask(),
@@ -159,41 +163,36 @@ fn ends<S: Simd>(simd: S, charts: [&Chart; LANES]) -> Found<S> {
     }
 }
 
-/// The minimum, or, with four sign changes, the place between two minima if there are two.
+/// One number of all charts of a block.
 #[inline(always)]
-fn middle<S: Simd>(simd: S, c: &[Lanes<S>; 5], b: &[Lanes<S>; 5], four_changes: Mask<S>) -> Lanes<S> {
+fn number<S: Simd>(simd: S, block: &Block, number: usize) -> Lanes<S> {
+    Lanes::load_array_ref(simd, &block[number])
+}
+
+/// The minimum; or, where four sign changes tell of two minima, a place between them, and that it is so.
+#[inline(always)]
+fn middle<S: Simd>(
+    simd: S,
+    c: &[Lanes<S>; 5],
+    b: &[Lanes<S>; 5],
+    four_changes: Mask<S>,
+) -> (Lanes<S>, Mask<S>) {
     let zero = Lanes::splat(simd, 0.0);
     let inner = Lanes::splat(simd, INNER);
+    // Where the quartic bends upwards least.
+    let centre = within(-0.25 * c[3] / c[4], Lanes::splat(simd, 0.5));
+    let centre_bend = c[2] + centre * (3.0 * c[3] + centre * (6.0 * c[4]));
+    let flat = four_changes & centre_bend.simd_lt(zero);
     // The minimum of the parabola through the middle and the ends, or the lower end's side.
     let bend = c[2] + c[4];
     let lower = b[0].simd_lt(b[4]).select(-inner, inner);
-    let mut low = bend.simd_gt(zero).select(within(-0.5 * (c[1] + c[3]) / bend, inner), lower);
+    let low = bend.simd_gt(zero).select(within(-0.5 * (c[1] + c[3]) / bend, inner), lower);
+    let mut place = flat.select(centre, low);
     for _ in 0..MINIMUM_STEPS {
-        let (step, bend) = newton(c, low);
-        low = bend.simd_gt(zero).select(within(low - step, inner), low);
+        let (step, bend) = newton(c, place);
+        place = bend.simd_gt(zero).select(within(place - step, inner), place);
     }
-    // Where the quartic bends upwards least; if it bends downwards there, it may rise above 0 near it.
-    let half = Lanes::splat(simd, 0.5);
-    let centre = within(-0.25 * c[3] / c[4], half);
-    let (step, bend) = newton(c, centre);
-    let top = within(centre - step, half);
-    let (value, ..) = taylor(c, top);
-    let top = (bend.simd_lt(zero) & value.simd_gt(zero)).select(top, centre);
-    four_changes.select(top, low)
-}
-
-/// Newton's step towards a zero of the slope (to be subtracted), and the second derivative.
-#[inline(always)]
-fn newton<S: Simd>(c: &[Lanes<S>; 5], u: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
-    let slope = c[1] + u * (2.0 * c[2] + u * (3.0 * c[3] + u * (4.0 * c[4])));
-    let bend = 2.0 * c[2] + u * (6.0 * c[3] + u * (12.0 * c[4]));
-    (slope / bend, bend)
-}
-
-/// The number, brought between `-limit` and `limit`.
-#[inline(always)]
-fn within<S: Simd>(x: Lanes<S>, limit: Lanes<S>) -> Lanes<S> {
-    larger(smaller(x, limit), -limit)
+    (place, flat)
 }
 
 /// Value, slope and half the second derivative.
@@ -222,19 +221,32 @@ struct Bracket<S: Simd> {
 /// Halley's method for both roots side by side. A lane stands still when it is done, so that it does not
 /// matter which others it runs with.
 #[inline(always)]
-fn roots<S: Simd>(simd: S, c: &[Lanes<S>; 5], mut brackets: [Bracket<S>; 2]) -> [Bracket<S>; 2] {
+fn roots<S: Simd>(
+    simd: S,
+    c: &[Lanes<S>; 5],
+    mut brackets: [Bracket<S>; 2],
+    here: u64,
+) -> [Bracket<S>; 2] {
     for bracket in &mut brackets {
         bracket.x = bracket.inside(bracket.x);
     }
-    for _ in 0..ROOT_STEPS {
-        let [low, high] = brackets;
-        let small = (high.x - low.x).abs() * (0.5 * STEP_MAX);
-        brackets = [low.stepped(simd, c, small), high.stepped(simd, c, small)];
-        if (brackets[0].done & brackets[1].done).to_bitmask() == (1 << LANES) - 1 {
+    // A few steps do for most: no look at them, so that blocks can overlap.
+    for _ in 0..ROOT_STEPS[0] {
+        brackets = both_stepped(simd, c, brackets);
+    }
+    for _ in ROOT_STEPS[0]..ROOT_STEPS[1] {
+        if !(brackets[0].done & brackets[1].done).to_bitmask() & here == 0 {
             break;
         }
+        brackets = both_stepped(simd, c, brackets);
     }
     brackets
+}
+
+#[inline(always)]
+fn both_stepped<S: Simd>(simd: S, c: &[Lanes<S>; 5], [low, high]: [Bracket<S>; 2]) -> [Bracket<S>; 2] {
+    let small = (high.x - low.x).abs() * (0.5 * STEP_MAX);
+    [low.stepped(simd, c, small), high.stepped(simd, c, small)]
 }
 
 impl<S: Simd> Bracket<S> {

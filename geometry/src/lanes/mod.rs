@@ -6,11 +6,14 @@
 //! runs the same IEEE operations whatever the instruction set, so the bits are the same on every machine.
 //!
 //! # Stages
-//! Each stage reads and writes plain buffers and drops what cannot touch without a branch.
-//! 1. `cull`: three slabs, from the centres and normals alone.
-//! 2. `chart`: the strip `|h| < reach` or `|y| < reach` cuts A into two stretches; on each the quartic of
-//!    `ellipse.rs` in Bernstein form. No sign change proves that there is no contact.
-//! 3. `isolate`: the quartic's minimum and its two roots.
+//! Each stage reads and writes plain buffers.
+//! 1. `chart`: the strip `|h| < reach` or `|y| < reach` cuts A into two stretches; on each the quartic of
+//!    `ellipse.rs` in Bernstein form. No sign change proves that there is no contact. A stretch on which the
+//!    quartic rises above 0 between two minima is cut there.
+//! 2. `isolate`: the quartic's minimum and its two roots.
+//!
+//! [`NearSearch`] answers for many pairs at once which of them may touch before they have come closer by
+//! some margin: slabs first (`cull`), then charts made for wires that are thicker by the margin.
 //!
 //! # The common frame
 //! With the angle between the planes well away from 0, A's angle is counted from its highest point over B's
@@ -107,37 +110,42 @@ impl Line {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(32))]
 pub struct LaneArc {
-    /// `cos(mid)`, from `e1`.
-    pub mid_cos: f64,
-    /// `sin(mid)`, towards `e2`.
-    pub mid_sin: f64,
-    /// `tan(phi / 2)` with `phi` half the arc's angle.
-    pub half_tangent: f64,
-    /// Number of the pair among those searched, as a float so that an arc is four of a kind.
-    pair: f64,
+    /// Cosine and sine of the middle from `e1` towards `e2`, `tan(phi / 2)` with `phi` half the arc's angle, and
+    /// the number of the pair among those searched.
+    pub numbers: [f64; 4],
 }
 
 impl LaneArc {
-    /// Number of the pair among those searched.
-    #[inline]
-    pub fn pair(&self) -> usize {
-        self.pair as usize
+    /// `cos(mid)`, from `e1`.
+    #[inline(always)]
+    pub fn mid_cos(&self) -> f64 {
+        self.numbers[0]
     }
 
-    /// The four numbers, to be loaded into lanes: middle (2), half tangent, pair.
-    #[inline]
-    pub fn numbers(&self) -> [f64; 4] {
-        [self.mid_cos, self.mid_sin, self.half_tangent, self.pair]
+    /// `sin(mid)`, towards `e2`.
+    #[inline(always)]
+    pub fn mid_sin(&self) -> f64 {
+        self.numbers[1]
+    }
+
+    /// `tan(phi / 2)` with `phi` half the arc's angle.
+    #[inline(always)]
+    pub fn half_tangent(&self) -> f64 {
+        self.numbers[2]
+    }
+
+    /// Number of the pair among those searched.
+    #[inline(always)]
+    pub fn pair(&self) -> usize {
+        self.numbers[3] as u32 as usize
     }
 }
 
 /// A search for contact arcs, and its memory.
 #[derive(Debug, Default)]
 pub struct ArcSearch {
-    /// Numbers of the pairs that `cull` left.
-    near: Vec<u32>,
-    charts: Vec<chart::Chart>,
-    cuts: [Vec<chart::Chart>; 2],
+    charts: chart::Charts,
+    cuts: [chart::Charts; 2],
     /// The arcs found, in the order of the pairs. A pair has at most two.
     pub arcs: Vec<LaneArc>,
     /// The pairs that were not answered, in order.
@@ -149,15 +157,9 @@ impl ArcSearch {
     /// in `lines`, whose minor radii sum to less than B's major radius.
     #[inline(always)]
     pub fn find<S: Simd>(&mut self, simd: S, lines: &[Line], pairs: &[(u32, u32)]) {
-        self.arcs.clear();
         self.irregular.clear();
-        if pairs.is_empty() {
-            return;
-        }
-        let near = cull::cull(simd, lines, pairs, &mut self.near);
-        let charts =
-            chart::charts(simd, lines, pairs, &self.near[..near], &mut self.charts, &mut self.irregular);
-        isolate::isolate(simd, &self.charts[..charts], &mut self.cuts, &mut self.arcs, &mut self.irregular);
+        chart::charts(simd, lines, pairs, &mut self.charts, &mut self.irregular);
+        isolate::isolate(simd, &self.charts, &mut self.cuts, &mut self.arcs, &mut self.irregular);
         self.settle();
     }
 
@@ -168,8 +170,35 @@ impl ArcSearch {
             self.irregular.sort_unstable();
             self.irregular.dedup();
             let irregular = &self.irregular;
-            self.arcs.retain(|arc| irregular.binary_search(&(arc.pair as u32)).is_err());
+            self.arcs.retain(|arc| irregular.binary_search(&(arc.pair() as u32)).is_err());
         }
+    }
+}
+
+/// A search for the pairs that are near contact, and its memory.
+#[derive(Debug, Default)]
+pub struct NearSearch {
+    /// Numbers of the pairs that `cull` left, and those pairs.
+    numbers: Vec<u32>,
+    left: Vec<(u32, u32)>,
+}
+
+impl NearSearch {
+    /// Appends the pairs whose wires are less than `margin` (m) apart, in order, to `near`, and some that are not:
+    /// all others are farther apart than that. The same kind of pairs as for [`ArcSearch::find`].
+    #[inline(always)]
+    pub fn find<S: Simd>(
+        &mut self,
+        simd: S,
+        lines: &[Line],
+        pairs: &[(u32, u32)],
+        margin: f64,
+        near: &mut Vec<(u32, u32)>,
+    ) {
+        let count = cull::cull(simd, lines, pairs, margin, &mut self.numbers);
+        self.left.clear();
+        self.left.extend(self.numbers[..count].iter().map(|&number| pairs[number as usize]));
+        chart::touchable(simd, lines, &self.left, margin, near);
     }
 }
 

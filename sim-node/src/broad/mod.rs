@@ -4,6 +4,7 @@
 //! of a step are those of it whose bounding spheres overlap at that moment, which is a function of the
 //! state alone; when the list was made, and how, never reaches a bit of the result.
 
+mod close;
 mod grid;
 mod levels;
 mod pairs;
@@ -11,6 +12,7 @@ mod range_tree;
 mod sweep;
 mod validity;
 
+pub(crate) use close::CloseList;
 pub use pairs::{Method, Workspace, find_pairs};
 pub use range_tree::RangeTree;
 

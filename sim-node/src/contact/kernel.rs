@@ -61,6 +61,8 @@ pub(crate) struct RingScene<'a> {
     pub material_count: usize,
     /// Half the time step, where damping is implicit; else 0.
     pub half_step: f64,
+    /// Up to which distance wires are called close (m).
+    pub close_margin: f64,
 }
 
 impl RingScene<'_> {
@@ -169,21 +171,26 @@ impl RingChunk {
         );
     }
 
-    /// Sorts the arcs by the rule that their length needs.
+    /// Sorts the arcs by the rule that their length needs. Written without branches: which rule it is cannot be
+    /// foretold.
     fn sort(&mut self, lines: &[Line], pairs: &[(u32, u32)]) {
-        self.bins.iter_mut().for_each(Vec::clear);
-        for (number, arc) in self.search.arcs.iter().enumerate() {
+        let arcs = &self.search.arcs;
+        let mut counts = [0; RULES.len()];
+        self.bins.iter_mut().for_each(|bin| bin.resize(arcs.len(), 0));
+        for (number, arc) in arcs.iter().enumerate() {
             let (a, b) = pairs[arc.pair()];
             let (a, b) = (&lines[a as usize], &lines[b as usize]);
             let reach = a.centre[3] + b.centre[3];
-            let bin = match rule_for(arc.half_tangent, a.normal[3] / reach) {
+            let bin = match rule_for(arc.half_tangent(), a.normal[3] / reach) {
                 GaussRule::Two | GaussRule::Three => 0,
                 GaussRule::Four => 1,
                 GaussRule::Six => 2,
                 GaussRule::Eight => 3,
             };
-            self.bins[bin].push(number as u32);
+            self.bins[bin][counts[bin]] = number as u32;
+            counts[bin] += 1;
         }
+        self.bins.iter_mut().zip(counts).for_each(|(bin, count)| bin.truncate(count));
     }
 }
 
@@ -242,8 +249,8 @@ impl<S: Simd> Push<S> {
         arcs: [&LaneArc; LANES],
         bodies: [(u32, u32); LANES],
     ) -> Push<S> {
-        let numbers: [[f64; 4]; LANES] = each_lane!(lane => arcs[lane].numbers());
-        let [mid_cos, mid_sin, half_tangent, _] = columns(simd, each_lane!(lane => &numbers[lane]));
+        let [mid_cos, mid_sin, half_tangent, _] =
+            columns(simd, each_lane!(lane => &arcs[lane].numbers));
         let pairs = PairLanes::load(simd, scene.lines, bodies);
         let frame = Frames::of(&pairs);
         let laws: [&NormalLaw; LANES] = each_lane!(lane => scene.law(bodies[lane]));
