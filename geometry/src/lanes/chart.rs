@@ -122,6 +122,59 @@ impl Charts {
         self.count += 1;
     }
 
+    #[inline(always)]
+    fn put_block(&mut self, block: &Block, filled: usize) {
+        if self.count.is_multiple_of(LANES) {
+            self.blocks[self.count / LANES] = *block;
+            self.count += filled;
+            return;
+        }
+        for lane in 0..filled {
+            self.put(numbers_of(block, lane));
+        }
+    }
+
+    /// Puts the sides that may touch of the pairs from `first` on that are `here`.
+    #[inline(always)]
+    fn put_sides<S: Simd>(&mut self, sides: &Sides<S>, first: usize, here: u32) {
+        let [one, other] = &sides.sides;
+        let mut keep = spread(one.keep & here) | (spread(other.keep & here) << 1);
+        if keep == 0 {
+            return;
+        }
+        let mut numbers = [[[0.0; LANES]; 8]; 2];
+        for (numbers, side) in numbers.iter_mut().zip(&sides.sides) {
+            side.c[0].store_array(&mut numbers[0]);
+            side.c[1].store_array(&mut numbers[1]);
+            side.c[2].store_array(&mut numbers[2]);
+            side.c[3].store_array(&mut numbers[3]);
+            side.c[4].store_array(&mut numbers[4]);
+            side.half_tangent.store_array(&mut numbers[5]);
+            side.origin[0].store_array(&mut numbers[6]);
+            side.origin[1].store_array(&mut numbers[7]);
+        }
+        while keep != 0 {
+            let slot = keep.trailing_zeros() as usize;
+            keep &= keep - 1;
+            let (lane, side) = ((slot / 2) % LANES, slot % 2);
+            let of = &numbers[side];
+            self.put([
+                of[0][lane],
+                of[1][lane],
+                of[2][lane],
+                of[3][lane],
+                of[4][lane],
+                of[5][lane],
+                0.0,
+                of[6][lane],
+                of[7][lane],
+                SENSES[side],
+                (first + lane) as f64,
+                0.0,
+            ]);
+        }
+    }
+
     pub(super) fn push(&mut self, chart: &Chart) {
         let Chart { c: [c_0, c_1, c_2, c_3, c_4], scale, offset, mid_cos, mid_sin, sense, pair, cuts } = *chart;
         self.reserve(1);
@@ -131,27 +184,32 @@ impl Charts {
 
 /// A chart of a block.
 pub(super) fn chart_of(block: &Block, lane: usize) -> Chart {
-    let [c_0, c_1, c_2, c_3, c_4, scale, offset, mid_cos, mid_sin, sense, pair, cuts] =
-        each_number(|number| block[number][lane]);
+    let [c_0, c_1, c_2, c_3, c_4, scale, offset, mid_cos, mid_sin, sense, pair, cuts] = numbers_of(block, lane);
     Chart { c: [c_0, c_1, c_2, c_3, c_4], scale, offset, mid_cos, mid_sin, sense, pair, cuts }
 }
 
-fn each_number(number: impl Fn(usize) -> f64) -> [f64; NUMBERS] {
-    core::array::from_fn(number)
+#[inline(always)]
+fn numbers_of(block: &Block, lane: usize) -> [f64; NUMBERS] {
+    let mut numbers = [0.0; NUMBERS];
+    for (number, column) in numbers.iter_mut().zip(block) {
+        *number = column[lane];
+    }
+    numbers
 }
 
-/// Writes the charts of pairs, in order; the numbers of pairs outside the common case go to `irregular`.
+/// Writes the charts of pairs, in order; the numbers of pairs outside the common case go to `irregular`. `whole` is
+/// memory.
 #[inline(always)]
 pub(super) fn charts<S: Simd>(
     simd: S,
     lines: &[Line],
     pairs: &[(u32, u32)],
+    whole: &mut Charts,
     charts: &mut Charts,
     irregular: &mut Vec<u32>,
 ) {
-    charts.clear();
-    charts.reserve(4 * (pairs.len() + LANES));
-    let mut parts = [Parts::ZERO, Parts::ZERO];
+    whole.clear();
+    whole.reserve(2 * (pairs.len() + LANES));
     for (index, group) in pairs.chunks(LANES).enumerate() {
         let first = index * LANES;
         let pair = |lane: usize| if lane < group.len() { group[lane] } else { group[0] };
@@ -161,31 +219,66 @@ pub(super) fn charts<S: Simd>(
         if odd != 0 {
             irregular.extend((0..group.len()).filter(|lane| (odd >> lane) & 1 == 1).map(|n| (first + n) as u32));
         }
-        let mut keep = 0;
-        for (side, parts) in sides.sides.iter().zip(&mut parts) {
-            let bits = parts.take(simd, side, here & !odd);
-            // For each lane four bits: the parts of one side and of the other.
-            keep = (keep >> 2) | (spread(bits[0]) << 2) | (spread(bits[1]) << 3);
+        let here = here & !odd;
+        whole.put_sides(&sides, first, here);
+    }
+    cut_all(simd, whole, charts);
+}
+
+/// Cuts the charts that rise above 0 between two minima and drops parts that cannot be negative.
+#[inline(always)]
+fn cut_all<S: Simd>(simd: S, whole: &Charts, charts: &mut Charts) {
+    charts.clear();
+    charts.reserve(2 * whole.len() + LANES);
+    for (block, filled) in whole.blocks() {
+        let here = (1u32 << filled) - 1;
+        let c = [
+            Lanes::load_array_ref(simd, &block[0]),
+            Lanes::load_array_ref(simd, &block[1]),
+            Lanes::load_array_ref(simd, &block[2]),
+            Lanes::load_array_ref(simd, &block[3]),
+            Lanes::load_array_ref(simd, &block[4]),
+        ];
+        let (cut, place) = cuts(simd, &c);
+        let cut = cut.to_bitmask() as u32 & here;
+        if cut == 0 {
+            charts.put_block(block, filled);
+            continue;
         }
-        while keep != 0 {
-            let slot = keep.trailing_zeros() as usize;
-            keep &= keep - 1;
-            let (lane, side, upper) = (slot / 4, (slot / 2) % 2, slot % 2);
-            let half = &parts[side].halves[upper];
-            charts.put([
-                half[0][lane],
-                half[1][lane],
-                half[2][lane],
-                half[3][lane],
-                half[4][lane],
-                half[5][lane],
-                half[6][lane],
-                parts[side].origin[0][lane],
-                parts[side].origin[1][lane],
-                SENSES[side],
-                (first + lane) as f64,
-                0.0,
-            ]);
+        let scale = Lanes::load_array_ref(simd, &block[5]);
+        let mut parts = [[[0.0; LANES]; 7]; 2];
+        let ends = [(0.5 * (place - 1.0), 0.5 * (place + 1.0)), (0.5 * (place + 1.0), 0.5 * (1.0 - place))];
+        let mut keep = [0; 2];
+        for ((numbers, keep), (middle, half)) in parts.iter_mut().zip(&mut keep).zip(ends) {
+            let (part, bits) = part(simd, &c, middle, half);
+            store(numbers, &part, scale * half, scale * middle);
+            *keep = bits;
+        }
+        for lane in 0..filled {
+            let numbers = numbers_of(block, lane);
+            if (cut >> lane) & 1 == 0 {
+                charts.put(numbers);
+                continue;
+            }
+            for (part, keep) in parts.iter().zip(keep) {
+                if (keep >> lane) & 1 == 1 {
+                    let [.., mid_cos, mid_sin, sense, pair, _] = numbers;
+                    charts.put([
+                        part[0][lane],
+                        part[1][lane],
+                        part[2][lane],
+                        part[3][lane],
+                        part[4][lane],
+                        part[5][lane],
+                        part[6][lane],
+                        mid_cos,
+                        mid_sin,
+                        sense,
+                        pair,
+                        1.0,
+                    ]);
+                }
+            }
         }
     }
 }
@@ -211,12 +304,12 @@ pub(super) fn touchable<S: Simd>(
     }
 }
 
-/// Eight bits, each the lowest of four.
+/// Eight bits, each the lowest of two.
 #[inline(always)]
 fn spread(bits: u32) -> u32 {
-    let bits = (bits | (bits << 12)) & 0x000F_000F;
-    let bits = (bits | (bits << 6)) & 0x0303_0303;
-    (bits | (bits << 3)) & 0x1111_1111
+    let bits = (bits | (bits << 4)) & 0x0F0F;
+    let bits = (bits | (bits << 2)) & 0x3333;
+    (bits | (bits << 1)) & 0x5555
 }
 
 /// Both sides of the pairs.
@@ -231,54 +324,6 @@ struct Side<S: Simd> {
     keep: u32,
     half_tangent: Lanes<S>,
     origin: [Lanes<S>; 2],
-}
-
-/// The charts of one side, number by number: whole ones or lower parts, and upper parts.
-struct Parts {
-    /// The quartic's coefficients, scale and offset.
-    halves: [[[f64; LANES]; 7]; 2],
-    origin: [[f64; LANES]; 2],
-}
-
-impl Parts {
-    const ZERO: Parts = Parts { halves: [[[0.0; LANES]; 7]; 2], origin: [[0.0; LANES]; 2] };
-
-    /// Takes a side over, cut where it is to be cut; returns the bits of whole charts and lower parts, and those of
-    /// upper parts, that may touch.
-    #[inline(always)]
-    fn take<S: Simd>(&mut self, simd: S, side: &Side<S>, here: u32) -> [u32; 2] {
-        let keep = side.keep & here;
-        if keep == 0 {
-            return [0; 2];
-        }
-        let zero = Lanes::splat(simd, 0.0);
-        let [whole, upper] = &mut self.halves;
-        let c = &side.c;
-        for (numbers, lanes) in self.origin.iter_mut().zip(side.origin) {
-            lanes.store_array(numbers);
-        }
-        let (cut, place) = cuts(simd, c);
-        let bits = cut.to_bitmask() as u32 & keep;
-        if bits == 0 {
-            store(whole, c, side.half_tangent, zero);
-            return [keep, 0];
-        }
-        let (middle, half) = (0.5 * (place - 1.0), 0.5 * (place + 1.0));
-        let (low, low_keep) = part(simd, c, middle, half);
-        let low: [Lanes<S>; 5] = [
-            cut.select(low[0], c[0]),
-            cut.select(low[1], c[1]),
-            cut.select(low[2], c[2]),
-            cut.select(low[3], c[3]),
-            cut.select(low[4], c[4]),
-        ];
-        let scale = cut.select(side.half_tangent * half, side.half_tangent);
-        store(whole, &low, scale, cut.select(side.half_tangent * middle, zero));
-        let (middle, half) = (0.5 * (place + 1.0), 0.5 * (1.0 - place));
-        let (high, high_keep) = part(simd, c, middle, half);
-        store(upper, &high, side.half_tangent * half, side.half_tangent * middle);
-        [keep & (!bits | low_keep), bits & high_keep]
-    }
 }
 
 #[inline(always)]
@@ -361,7 +406,7 @@ fn sides<S: Simd>(simd: S, pairs: &PairLanes<S>) -> Sides<S> {
     let frame = Frames::of(pairs);
     let [along_e2, _, h_0] = frame.centre;
     let d = &pairs.from_b;
-    let along_e1 = (h_0 - frame.cos * d.dot(&pairs.normal_a)) / frame.sin;
+    let along_e1 = (h_0 - frame.cos * d.dot(&pairs.normal_a)) * frame.inverse_sin;
     let h_1 = pairs.radius_a * frame.sin;
     // y = y_0 + y_1 cos(t) + y_2 sin(t); h = h_0 + h_1 cos(t).
     let scale = 0.5 / pairs.radius_b;
@@ -376,14 +421,15 @@ fn sides<S: Simd>(simd: S, pairs: &PairLanes<S>) -> Sides<S> {
     let (y_edge, h_edge) = (y_0.abs() + reach, h_0.abs() + reach);
     let by_y = (squared - y_edge * y_edge).simd_gt(h_1 * h_1 - h_edge * h_edge);
     let y_amplitude = squared.sqrt();
-    let turn_cos = by_y.select(y_1 / y_amplitude, one);
-    let turn_sin = by_y.select(y_2 / y_amplitude, zero);
     let (strip, amplitude) = (by_y.select(y_0, h_0), by_y.select(y_amplitude, h_1));
+    let inverse = 1.0 / amplitude;
+    let turn_cos = by_y.select(y_1 * inverse, one);
+    let turn_sin = by_y.select(y_2 * inverse, zero);
     let other =
         [by_y.select(h_0, y_0), by_y.select(h_1 * turn_cos, y_1), by_y.select(-(h_1 * turn_sin), y_2)];
     // The strip's edges as half angles, as in `ellipse`: t_1 where the wave is the reach, t_2 where it is minus
     // the reach; its own highest and lowest points where it does not get there.
-    let half = 0.5 / amplitude;
+    let half = 0.5 * inverse;
     let (top, bottom) = (amplitude - strip, amplitude + strip);
     let (cos_1, sin_1) = (share(simd, (top + reach) * half), share(simd, (bottom - reach) * half));
     let (cos_2, sin_2) = (share(simd, (top - reach) * half), share(simd, (bottom + reach) * half));

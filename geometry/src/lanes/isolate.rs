@@ -22,8 +22,8 @@ use super::{LANES, LaneArc, Lanes, Mask, Row, Simd, larger, rows_of, smaller};
 use crate::arc::HALF_TANGENT_MAX;
 use fearless_simd::prelude::*;
 
-/// Newton steps to the minimum.
-const MINIMUM_STEPS: usize = 2;
+/// Newton steps to the minimum from the lowest of some places.
+const MINIMUM_STEPS: usize = 1;
 /// A chart that was cut so often is left alone.
 const CUTS_MAX: f64 = 5.0;
 /// Halley steps to the roots without a look, and at most.
@@ -123,14 +123,14 @@ fn ends<S: Simd>(simd: S, block: &Block, here: u64) -> Found<S> {
     // With both ends positive the only list with four changes is + - + - +.
     let four_changes = b[1].simd_lt(zero) & b[3].simd_lt(zero) & b[2].simd_gt(zero);
 
-    let (m, flat) = middle(simd, &c, &b, four_changes);
+    let m = middle(simd, &c, four_changes);
     let (lowest, slope, half_bend) = taylor(&c, m);
     let negative = lowest.simd_lt(zero);
     let (no_root, one_root) = certify(&b, m, zero);
     let certain = ends_outside & negative & (!four_changes | one_root);
 
     // To start with, the roots of the quartic less its odd part about its minimum.
-    let shift = flat.select(zero, 0.5 * slope / half_bend);
+    let shift = four_changes.select(zero, 0.5 * slope / half_bend);
     let depth = lowest - 0.5 * slope * shift;
     let root = larger(half_bend * half_bend - 4.0 * (c[4] * depth), zero).sqrt();
     let width = larger(-2.0 * depth / (half_bend + root), zero).sqrt();
@@ -145,12 +145,14 @@ fn ends<S: Simd>(simd: S, block: &Block, here: u64) -> Found<S> {
     let (mid_cos, mid_sin) = (number(simd, block, 7), number(simd, block, 8));
     let (start, end) = (offset + scale * low, offset + scale * high);
     let norm = ((1.0 + start * start) * (1.0 + end * end)).sqrt();
-    let inverse = 1.0 / norm;
-    let (cos, sin) = ((1.0 - start * end) * inverse, (start + end) * inverse);
+    let apart = norm + (1.0 + start * end);
+    // One division for both `norm` and `apart`.
+    let inverse = 1.0 / (norm * apart);
+    let (cos, sin) = ((1.0 - start * end) * (apart * inverse), (start + end) * (apart * inverse));
     let turn = sin * number(simd, block, 9);
     let arc_cos = mid_cos * cos - mid_sin * turn;
     let arc_sin = mid_sin * cos + mid_cos * turn;
-    let arc_tangent = (end - start) / (norm + (1.0 + start * end));
+    let arc_tangent = (end - start) * (norm * inverse);
     let short = arc_tangent.simd_le(Lanes::splat(simd, HALF_TANGENT_MAX));
 
     let positive = ends_outside & lowest.simd_gt(zero);
@@ -169,30 +171,28 @@ fn number<S: Simd>(simd: S, block: &Block, number: usize) -> Lanes<S> {
     Lanes::load_array_ref(simd, &block[number])
 }
 
-/// The minimum; or, where four sign changes tell of two minima, a place between them, and that it is so.
+/// The minimum; or, where four sign changes tell that there may be two, a place between them.
 #[inline(always)]
-fn middle<S: Simd>(
-    simd: S,
-    c: &[Lanes<S>; 5],
-    b: &[Lanes<S>; 5],
-    four_changes: Mask<S>,
-) -> (Lanes<S>, Mask<S>) {
+fn middle<S: Simd>(simd: S, c: &[Lanes<S>; 5], four_changes: Mask<S>) -> Lanes<S> {
     let zero = Lanes::splat(simd, 0.0);
     let inner = Lanes::splat(simd, INNER);
-    // Where the quartic bends upwards least.
-    let centre = within(-0.25 * c[3] / c[4], Lanes::splat(simd, 0.5));
-    let centre_bend = c[2] + centre * (3.0 * c[3] + centre * (6.0 * c[4]));
-    let flat = four_changes & centre_bend.simd_lt(zero);
-    // The minimum of the parabola through the middle and the ends, or the lower end's side.
-    let bend = c[2] + c[4];
-    let lower = b[0].simd_lt(b[4]).select(-inner, inner);
-    let low = bend.simd_gt(zero).select(within(-0.5 * (c[1] + c[3]) / bend, inner), lower);
-    let mut place = flat.select(centre, low);
+    // The lowest of seven places is near enough for Newton's method.
+    let (mut lowest, mut place) = (c[0], zero);
+    for u in [0.25, 0.5, 0.75] {
+        let (even, odd) = (c[0] + (u * u) * (c[2] + (u * u) * c[4]), u * (c[1] + (u * u) * c[3]));
+        let value = even - odd.abs();
+        let side = odd.simd_gt(zero).select(Lanes::splat(simd, -u), Lanes::splat(simd, u));
+        let lower = value.simd_lt(lowest);
+        place = lower.select(side, place);
+        lowest = lower.select(value, lowest);
+    }
     for _ in 0..MINIMUM_STEPS {
         let (step, bend) = newton(c, place);
         place = bend.simd_gt(zero).select(within(place - step, inner), place);
     }
-    (place, flat)
+    // Where the quartic bends upwards least.
+    let centre = within(-0.25 * c[3] / c[4], Lanes::splat(simd, 0.5));
+    four_changes.select(centre, place)
 }
 
 /// Value, slope and half the second derivative.
@@ -243,10 +243,36 @@ fn roots<S: Simd>(
     brackets
 }
 
+/// A step of Halley's method on both sides.
 #[inline(always)]
-fn both_stepped<S: Simd>(simd: S, c: &[Lanes<S>; 5], [low, high]: [Bracket<S>; 2]) -> [Bracket<S>; 2] {
+fn both_stepped<S: Simd>(simd: S, c: &[Lanes<S>; 5], brackets: [Bracket<S>; 2]) -> [Bracket<S>; 2] {
+    let [mut low, mut high] = brackets;
     let small = (high.x - low.x).abs() * (0.5 * STEP_MAX);
-    [low.stepped(simd, c, small), high.stepped(simd, c, small)]
+    let (below, above) = (Look::at(c, low.x), Look::at(c, high.x));
+    // One division for both.
+    let inverse = 1.0 / (below.denominator * above.denominator);
+    low.step(simd, &below, below.numerator * (above.denominator * inverse), small);
+    high.step(simd, &above, above.numerator * (below.denominator * inverse), small);
+    [low, high]
+}
+
+/// The quartic at a place, and Halley's step from there: numerator over denominator, to be subtracted.
+struct Look<S: Simd> {
+    value: Lanes<S>,
+    /// Value times half the second derivative, and the slope squared.
+    bend: Lanes<S>,
+    squared: Lanes<S>,
+    numerator: Lanes<S>,
+    denominator: Lanes<S>,
+}
+
+impl<S: Simd> Look<S> {
+    #[inline(always)]
+    fn at(c: &[Lanes<S>; 5], x: Lanes<S>) -> Look<S> {
+        let (value, slope, half_bend) = taylor(c, x);
+        let (bend, squared) = (value * half_bend, slope * slope);
+        Look { value, bend, squared, numerator: value * slope, denominator: squared - bend }
+    }
 }
 
 impl<S: Simd> Bracket<S> {
@@ -258,19 +284,15 @@ impl<S: Simd> Bracket<S> {
     }
 
     #[inline(always)]
-    fn stepped(&self, simd: S, c: &[Lanes<S>; 5], small: Lanes<S>) -> Bracket<S> {
-        let (value, slope, half_bend) = taylor(c, self.x);
-        let positive = value.simd_gt(Lanes::splat(simd, 0.0));
-        let mut next = *self;
-        next.from = positive.select(self.x, self.from);
-        next.to = positive.select(self.to, self.x);
-        let (bend, squared) = (value * half_bend, slope * slope);
-        let x = next.inside(self.x - value * slope / (squared - bend));
-        next.x = self.done.select(self.x, x);
+    fn step(&mut self, simd: S, look: &Look<S>, step: Lanes<S>, small: Lanes<S>) {
+        let positive = look.value.simd_gt(Lanes::splat(simd, 0.0));
+        self.from = positive.select(self.x, self.from);
+        self.to = positive.select(self.to, self.x);
+        let x = self.done.select(self.x, self.inside(self.x - step));
         // Near a flat place steps are small too, far from the root.
-        let steep = bend.abs().simd_lt(squared * STEEP);
-        next.done = self.done | (steep & (x - self.x).abs().simd_lt(small));
-        next
+        let steep = look.bend.abs().simd_lt(look.squared * STEEP);
+        self.done |= steep & (x - self.x).abs().simd_lt(small);
+        self.x = x;
     }
 }
 

@@ -144,6 +144,7 @@ impl LaneArc {
 /// A search for contact arcs, and its memory.
 #[derive(Debug, Default)]
 pub struct ArcSearch {
+    whole: chart::Charts,
     charts: chart::Charts,
     cuts: [chart::Charts; 2],
     /// The arcs found, in the order of the pairs. A pair has at most two.
@@ -158,7 +159,7 @@ impl ArcSearch {
     #[inline(always)]
     pub fn find<S: Simd>(&mut self, simd: S, lines: &[Line], pairs: &[(u32, u32)]) {
         self.irregular.clear();
-        chart::charts(simd, lines, pairs, &mut self.charts, &mut self.irregular);
+        chart::charts(simd, lines, pairs, &mut self.whole, &mut self.charts, &mut self.irregular);
         isolate::isolate(simd, &self.charts, &mut self.cuts, &mut self.arcs, &mut self.irregular);
         self.settle();
     }
@@ -336,6 +337,8 @@ pub struct Frames<S: Simd> {
     pub cos: Lanes<S>,
     /// Its sine, not negative.
     pub sin: Lanes<S>,
+    /// One over the sine.
+    pub inverse_sin: Lanes<S>,
     /// A's centre from B's along `e2`, `g` and B's normal.
     pub centre: [Lanes<S>; 3],
 }
@@ -352,6 +355,6 @@ impl<S: Simd> Frames<S> {
         let e2 = cross.times(inverse);
         let g = pairs.normal_a.minus(&pairs.normal_b.times(cos)).times(inverse);
         let d = &pairs.from_b;
-        Frames { e2, g, cos, sin, centre: [d.dot(&e2), d.dot(&g), d.dot(&pairs.normal_b)] }
+        Frames { e2, g, cos, sin, inverse_sin: inverse, centre: [d.dot(&e2), d.dot(&g), d.dot(&pairs.normal_b)] }
     }
 }
