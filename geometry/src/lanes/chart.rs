@@ -5,7 +5,6 @@
 
 use super::{Frames, LANES, Lanes, Line, Mask, PairLanes, Simd, larger, smaller};
 use crate::each_lane;
-use fearless_simd::prelude::*;
 
 /// Planes nearer to parallel than this sine squared are irregular: there the frame loses digits, and arcs are
 /// long. About 6 degrees.
@@ -66,10 +65,10 @@ impl Chart {
 /// Numbers of a chart as they lie in a block.
 const NUMBERS: usize = 12;
 
-/// Eight charts, number by number.
+/// Charts side by side, number by number.
 pub(super) type Block = [[f64; LANES]; NUMBERS];
 
-/// Charts side by side, in blocks of eight. The last block's rest has numbers without meaning.
+/// Charts side by side, in blocks. The last block's rest has numbers without meaning.
 #[derive(Debug, Default)]
 pub(super) struct Charts {
     blocks: Vec<Block>,
@@ -240,7 +239,7 @@ fn cut_all<S: Simd>(simd: S, whole: &Charts, charts: &mut Charts) {
             Lanes::load_array_ref(simd, &block[4]),
         ];
         let (cut, place) = cuts(simd, &c);
-        let cut = cut.to_bitmask() as u32 & here;
+        let cut = cut.to_bitmask() & here;
         if cut == 0 {
             charts.put_block(block, filled);
             continue;
@@ -297,19 +296,20 @@ pub(super) fn touchable<S: Simd>(
         let mut loaded = PairLanes::load(simd, lines, each_lane!(lane => pair(lane)));
         loaded.reach += margin;
         // With wires thicker than B's hole the quartic is positive in the middle of the contact, too.
-        let thick = (!loaded.reach.simd_lt(loaded.radius_b)).to_bitmask() as u32;
+        let thick = (!loaded.reach.simd_lt(loaded.radius_b)).to_bitmask();
         let sides = sides(simd, &loaded);
         let keep = sides.sides[0].keep | sides.sides[1].keep | sides.irregular | thick;
         near.extend((0..group.len()).filter(|lane| (keep >> lane) & 1 == 1).map(|lane| group[lane]));
     }
 }
 
-/// Eight bits, each the lowest of two.
+/// Sixteen bits, each the lowest of two.
 #[inline(always)]
 fn spread(bits: u32) -> u32 {
-    let bits = (bits | (bits << 4)) & 0x0F0F;
-    let bits = (bits | (bits << 2)) & 0x3333;
-    (bits | (bits << 1)) & 0x5555
+    let bits = (bits | (bits << 8)) & 0x00FF_00FF;
+    let bits = (bits | (bits << 4)) & 0x0F0F_0F0F;
+    let bits = (bits | (bits << 2)) & 0x3333_3333;
+    (bits | (bits << 1)) & 0x5555_5555
 }
 
 /// Both sides of the pairs.
@@ -382,7 +382,7 @@ fn part<S: Simd>(simd: S, c: &[Lanes<S>; 5], middle: Lanes<S>, half: Lanes<S>) -
     let part = [c_0, d_1 * half, e_2 * squared, f_3 * cubed, c[4] * (cubed * half)];
     let b = bernstein(&part);
     let least = smaller(smaller(smaller(b[0], b[1]), smaller(b[3], b[4])), b[2]);
-    (part, (!least.simd_ge(Lanes::splat(simd, 0.0))).to_bitmask() as u32)
+    (part, (!least.simd_ge(Lanes::splat(simd, 0.0))).to_bitmask())
 }
 
 /// Newton's step towards a zero of the slope (to be subtracted), and the second derivative.
@@ -461,7 +461,7 @@ fn sides<S: Simd>(simd: S, pairs: &PairLanes<S>) -> Sides<S> {
             Side { c: plus, keep: plus_keep, half_tangent, origin: [x - y, z + w] },
             Side { c: minus, keep: minus_keep, half_tangent, origin: [x + y, w - z] },
         ],
-        irregular: (!regular).to_bitmask() as u32,
+        irregular: (!regular).to_bitmask(),
     }
 }
 
@@ -505,7 +505,7 @@ impl<S: Simd> Quartic<S> {
         let (y_first, y_middle, y_last) = (y[0] + y[2] - y[1], y[0] - y[2], y[0] + y[2] + y[1]);
         let above = y_first.simd_gt(rim) & y_middle.simd_gt(middle) & y_last.simd_gt(rim);
         let below = (-y_first).simd_gt(rim) & (-y_middle).simd_gt(middle) & (-y_last).simd_gt(rim);
-        (c, (!(positive | above | below)).to_bitmask() as u32)
+        (c, (!(positive | above | below)).to_bitmask())
     }
 }
 

@@ -6,7 +6,6 @@
 
 use super::{LANES, Line, PairLanes, Simd};
 use crate::each_lane;
-use fearless_simd::prelude::*;
 
 /// Added to a square of a sine, in units of the squares that it is made from: some tens of their roundings.
 const SLACK: f64 = 1e-14;
@@ -51,7 +50,7 @@ pub(super) fn cull<S: Simd>(
 
 /// A bit for each pair that may touch; also for one with a NaN.
 #[inline(always)]
-fn kept<S: Simd>(simd: S, lines: &[Line], margin: f64, pairs: [(u32, u32); LANES]) -> u64 {
+fn kept<S: Simd>(simd: S, lines: &[Line], margin: f64, pairs: [(u32, u32); LANES]) -> u32 {
     let pairs = PairLanes::load(simd, lines, pairs);
     let (d, reach) = (&pairs.from_b, pairs.reach + margin);
     let (a, b) = (pairs.radius_a, pairs.radius_b);

@@ -50,16 +50,18 @@ pub(super) fn isolate<S: Simd>(
     let [parts, next] = cuts;
     parts.clear();
     isolate_all(simd, charts, parts, arcs, irregular);
-    if parts.is_empty() {
-        return;
-    }
+    let first = arcs.len();
     while !parts.is_empty() {
         next.clear();
         isolate_all(simd, parts, next, arcs, irregular);
         core::mem::swap(parts, next);
     }
-    // Each round is in order; a pair's two arcs stay in the order in which they were found.
-    arcs.sort_by_key(LaneArc::pair);
+    // Each round is in order; a pair's two arcs stay in the order in which they were found. The later ones are few.
+    arcs[first..].sort_by_key(LaneArc::pair);
+    for late in first..arcs.len() {
+        let place = arcs[..late].partition_point(|arc| arc.pair() <= arcs[late].pair());
+        arcs[place..=late].rotate_right(1);
+    }
 }
 
 #[inline(always)]
@@ -73,7 +75,7 @@ fn isolate_all<S: Simd>(
     let mut count = arcs.len();
     arcs.resize(count + charts.len() + LANES, LaneArc::default());
     for (block, filled) in charts.blocks() {
-        let here = (1u64 << filled) - 1;
+        let here = (1u32 << filled) - 1;
         let found = ends(simd, block, here);
         let odd = !(found.touching | found.empty) & here;
         if odd != 0 {
@@ -100,15 +102,15 @@ fn isolate_all<S: Simd>(
 struct Found<S: Simd> {
     /// Rows of arcs.
     arcs: [Row<S>; LANES],
-    touching: u64,
-    empty: u64,
+    touching: u32,
+    empty: u32,
     /// Positive at both ends and at `place`: may be cut there.
-    open: u64,
+    open: u32,
     place: Lanes<S>,
 }
 
 #[inline(always)]
-fn ends<S: Simd>(simd: S, block: &Block, here: u64) -> Found<S> {
+fn ends<S: Simd>(simd: S, block: &Block, here: u32) -> Found<S> {
     let c = [
         number(simd, block, 0),
         number(simd, block, 1),
@@ -225,7 +227,7 @@ fn roots<S: Simd>(
     simd: S,
     c: &[Lanes<S>; 5],
     mut brackets: [Bracket<S>; 2],
-    here: u64,
+    here: u32,
 ) -> [Bracket<S>; 2] {
     for bracket in &mut brackets {
         bracket.x = bracket.inside(bracket.x);
@@ -279,7 +281,7 @@ impl<S: Simd> Bracket<S> {
     /// The place if it is in the bracket, else the bracket's middle.
     #[inline(always)]
     fn inside(&self, x: Lanes<S>) -> Lanes<S> {
-        let inside = ((x - self.from) * (x - self.to)).simd_le(Lanes::splat(x.simd, 0.0));
+        let inside = ((x - self.from) * (x - self.to)).simd_le(Lanes::splat(x.simd(), 0.0));
         inside.select(x, 0.5 * (self.from + self.to))
     }
 

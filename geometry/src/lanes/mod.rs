@@ -1,4 +1,4 @@
-//! Contact arcs of many pairs of rings, eight pairs side by side in vector instructions.
+//! Contact arcs of many pairs of rings, sixteen pairs side by side in vector instructions.
 //!
 //! The one thing to know: this is [`circle_circle_arcs`](crate::arc::circle_circle_arcs) for the common case.
 //! A pair is either answered in full, with arcs certified by the same sign changes, or handed back as
@@ -23,8 +23,7 @@
 //! `(d.e2 + R_A sin(t), d.g - R_A c cos(t), h)` from B's centre.
 
 use crate::Circle;
-use fearless_simd::prelude::{SimdCombine, SimdSplit};
-use fearless_simd::{f64x4, f64x8, mask64x8};
+use fearless_simd::f64x4;
 
 pub use fearless_simd::prelude::{Select, SimdBase, SimdFloat, SimdMask};
 pub use fearless_simd::{Level, Simd, dispatch};
@@ -32,15 +31,10 @@ pub use fearless_simd::{Level, Simd, dispatch};
 mod chart;
 mod cull;
 mod isolate;
+mod wide;
 
-/// Pairs side by side: as many as the widest registers hold. Where they are narrower, two or four instructions
-/// do the work of one; long chains of operations that wait for each other are hidden by that.
-pub const LANES: usize = 8;
+pub use wide::{LANES, Lanes, Mask};
 
-/// Numbers side by side.
-pub type Lanes<S> = f64x8<S>;
-/// Truth values side by side.
-pub type Mask<S> = mask64x8<S>;
 /// Four numbers of one lane.
 pub type Row<S> = f64x4<S>;
 
@@ -80,6 +74,38 @@ macro_rules! each_lane {
             },
             {
                 let $lane = 7;
+                $value
+            },
+            {
+                let $lane = 8;
+                $value
+            },
+            {
+                let $lane = 9;
+                $value
+            },
+            {
+                let $lane = 10;
+                $value
+            },
+            {
+                let $lane = 11;
+                $value
+            },
+            {
+                let $lane = 12;
+                $value
+            },
+            {
+                let $lane = 13;
+                $value
+            },
+            {
+                let $lane = 14;
+                $value
+            },
+            {
+                let $lane = 15;
                 $value
             },
         ]
@@ -170,8 +196,12 @@ impl ArcSearch {
         if !self.irregular.is_empty() {
             self.irregular.sort_unstable();
             self.irregular.dedup();
-            let irregular = &self.irregular;
-            self.arcs.retain(|arc| irregular.binary_search(&(arc.pair() as u32)).is_err());
+            // Both lists are in order.
+            let mut irregular = self.irregular.iter().map(|&pair| pair as usize).peekable();
+            self.arcs.retain(|arc| {
+                while irregular.next_if(|&pair| pair < arc.pair()).is_some() {}
+                irregular.peek() != Some(&arc.pair())
+            });
         }
     }
 }
@@ -259,18 +289,23 @@ pub fn columns<S: Simd>(simd: S, rows: [&[f64; 4]; LANES]) -> [Lanes<S>; 4] {
 /// The same for rows that are loaded.
 #[inline(always)]
 pub fn columns_of<S: Simd>(rows: [Row<S>; LANES]) -> [Lanes<S>; 4] {
-    let [a, b, c, d, e, f, g, h] = rows;
-    let [low, high] = [transposed([a, b, c, d]), transposed([e, f, g, h])];
-    [low[0].combine(high[0]), low[1].combine(high[1]), low[2].combine(high[2]), low[3].combine(high[3])]
+    let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p] = rows;
+    let quarters =
+        [transposed([a, b, c, d]), transposed([e, f, g, h]), transposed([i, j, k, l]), transposed([m, n, o, p])];
+    let column = |of: usize| Lanes::of_quarters([quarters[0][of], quarters[1][of], quarters[2][of], quarters[3][of]]);
+    [column(0), column(1), column(2), column(3)]
 }
 
 /// Columns become a row for each lane.
 #[inline(always)]
 pub fn rows_of<S: Simd>(columns: [Lanes<S>; 4]) -> [Row<S>; LANES] {
-    let [(a, e), (b, f), (c, g), (d, h)] =
-        [columns[0].split(), columns[1].split(), columns[2].split(), columns[3].split()];
-    let [[a, b, c, d], [e, f, g, h]] = [transposed([a, b, c, d]), transposed([e, f, g, h])];
-    [a, b, c, d, e, f, g, h]
+    let [x, y, z, w] =
+        [columns[0].quarters(), columns[1].quarters(), columns[2].quarters(), columns[3].quarters()];
+    let [a, b, c, d] = transposed([x[0], y[0], z[0], w[0]]);
+    let [e, f, g, h] = transposed([x[1], y[1], z[1], w[1]]);
+    let [i, j, k, l] = transposed([x[2], y[2], z[2], w[2]]);
+    let [m, n, o, p] = transposed([x[3], y[3], z[3], w[3]]);
+    [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p]
 }
 
 /// The larger of each two numbers; the second where one is NaN.

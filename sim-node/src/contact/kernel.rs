@@ -19,7 +19,7 @@ use geometry::each_lane;
 use geometry::lanes::{
     ArcSearch, Frames, LANES, LaneArc, Lanes, Line, PairLanes, Row, Simd, Vectors, columns, larger, rows_of,
 };
-use geometry::lanes::{Select, SimdBase, SimdFloat};
+use geometry::lanes::SimdBase;
 use geometry::{Circle, GaussRule};
 
 /// Below this a product of lengths is taken for 0 (m^2).
