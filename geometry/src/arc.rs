@@ -274,7 +274,13 @@ pub fn circle_point_arcs(a: &Circle, point: &Vec3, reach: f64) -> Arcs {
 /// beyond.
 #[inline]
 pub fn rule_for(half_tangent: f64, radius_over_reach: f64) -> GaussRule {
-    const RULES: [GaussRule; 4] = [GaussRule::Three, GaussRule::Four, GaussRule::Six, GaussRule::Eight];
     let length = 2.0 * half_tangent * radius_over_reach;
-    RULES[usize::from(!(length < 0.1)) + usize::from(!(length < 0.2)) + usize::from(!(length < 0.5))]
+    let [four, six, eight] = RULE_LENGTHS.map(|limit| usize::from(!(length < limit)));
+    RULES[four + six + eight]
 }
+
+/// The rules that are used for arcs, in ascending order.
+pub const RULES: [GaussRule; 4] = [GaussRule::Three, GaussRule::Four, GaussRule::Six, GaussRule::Eight];
+
+/// From which length on, in units of the reach, an arc needs the next rule.
+pub(crate) const RULE_LENGTHS: [f64; 3] = [0.1, 0.2, 0.5];

@@ -25,7 +25,7 @@ const CHUNK_PAIRS: usize = 1024;
 
 /// Up to which distance wires are called close, over the thinnest wire's radius: so that lists of close pairs hold
 /// for some ten steps, with few pairs that do not touch. Part of nothing, too.
-const CLOSE_SHARE: f64 = 0.25;
+const CLOSE_SHARE: f64 = 0.5;
 
 /// Frames and velocities of all bodies at one moment.
 #[derive(Debug, Default)]

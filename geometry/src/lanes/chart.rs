@@ -10,9 +10,6 @@ use crate::each_lane;
 /// long. About 6 degrees.
 const SIN_SQUARED_MIN: f64 = 0.01;
 
-/// In which sense `u` runs on the two sides.
-const SENSES: [f64; 2] = [1.0, -1.0];
-
 /// A stretch of A on which there may be a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Chart {
@@ -24,12 +21,10 @@ pub(super) struct Chart {
     /// Cosine and sine of the origin from `e1`.
     pub mid_cos: f64,
     pub mid_sin: f64,
-    /// -1 where `u` runs against the angle, else 1.
-    pub sense: f64,
     /// Number of its pair.
     pub pair: f64,
-    /// How often it was cut.
-    pub cuts: f64,
+    /// A's major radius over the reach.
+    pub radius_over_reach: f64,
 }
 
 impl Chart {
@@ -56,14 +51,13 @@ impl Chart {
             c,
             scale: self.scale * half,
             offset: self.offset + self.scale * middle,
-            cuts: self.cuts + 1.0,
             ..*self
         }
     }
 }
 
 /// Numbers of a chart as they lie in a block.
-const NUMBERS: usize = 12;
+const NUMBERS: usize = 11;
 
 /// Charts side by side, number by number.
 pub(super) type Block = [[f64; LANES]; NUMBERS];
@@ -121,70 +115,19 @@ impl Charts {
         self.count += 1;
     }
 
-    #[inline(always)]
-    fn put_block(&mut self, block: &Block, filled: usize) {
-        if self.count.is_multiple_of(LANES) {
-            self.blocks[self.count / LANES] = *block;
-            self.count += filled;
-            return;
-        }
-        for lane in 0..filled {
-            self.put(numbers_of(block, lane));
-        }
-    }
-
-    /// Puts the sides that may touch of the pairs from `first` on that are `here`.
-    #[inline(always)]
-    fn put_sides<S: Simd>(&mut self, sides: &Sides<S>, first: usize, here: u32) {
-        let [one, other] = &sides.sides;
-        let mut keep = spread(one.keep & here) | (spread(other.keep & here) << 1);
-        if keep == 0 {
-            return;
-        }
-        let mut numbers = [[[0.0; LANES]; 8]; 2];
-        for (numbers, side) in numbers.iter_mut().zip(&sides.sides) {
-            side.c[0].store_array(&mut numbers[0]);
-            side.c[1].store_array(&mut numbers[1]);
-            side.c[2].store_array(&mut numbers[2]);
-            side.c[3].store_array(&mut numbers[3]);
-            side.c[4].store_array(&mut numbers[4]);
-            side.half_tangent.store_array(&mut numbers[5]);
-            side.origin[0].store_array(&mut numbers[6]);
-            side.origin[1].store_array(&mut numbers[7]);
-        }
-        while keep != 0 {
-            let slot = keep.trailing_zeros() as usize;
-            keep &= keep - 1;
-            let (lane, side) = ((slot / 2) % LANES, slot % 2);
-            let of = &numbers[side];
-            self.put([
-                of[0][lane],
-                of[1][lane],
-                of[2][lane],
-                of[3][lane],
-                of[4][lane],
-                of[5][lane],
-                0.0,
-                of[6][lane],
-                of[7][lane],
-                SENSES[side],
-                (first + lane) as f64,
-                0.0,
-            ]);
-        }
-    }
-
     pub(super) fn push(&mut self, chart: &Chart) {
-        let Chart { c: [c_0, c_1, c_2, c_3, c_4], scale, offset, mid_cos, mid_sin, sense, pair, cuts } = *chart;
+        let Chart { c: [c_0, c_1, c_2, c_3, c_4], scale, offset, mid_cos, mid_sin, pair, radius_over_reach } =
+            *chart;
         self.reserve(1);
-        self.put([c_0, c_1, c_2, c_3, c_4, scale, offset, mid_cos, mid_sin, sense, pair, cuts]);
+        self.put([c_0, c_1, c_2, c_3, c_4, scale, offset, mid_cos, mid_sin, pair, radius_over_reach]);
     }
 }
 
 /// A chart of a block.
 pub(super) fn chart_of(block: &Block, lane: usize) -> Chart {
-    let [c_0, c_1, c_2, c_3, c_4, scale, offset, mid_cos, mid_sin, sense, pair, cuts] = numbers_of(block, lane);
-    Chart { c: [c_0, c_1, c_2, c_3, c_4], scale, offset, mid_cos, mid_sin, sense, pair, cuts }
+    let [c_0, c_1, c_2, c_3, c_4, scale, offset, mid_cos, mid_sin, pair, radius_over_reach] =
+        numbers_of(block, lane);
+    Chart { c: [c_0, c_1, c_2, c_3, c_4], scale, offset, mid_cos, mid_sin, pair, radius_over_reach }
 }
 
 #[inline(always)]
@@ -196,41 +139,90 @@ fn numbers_of(block: &Block, lane: usize) -> [f64; NUMBERS] {
     numbers
 }
 
-/// Writes the charts of pairs, in order; the numbers of pairs outside the common case go to `irregular`. `whole` is
-/// memory.
+/// The charts of some pairs, in two lists, each in the order of the pairs.
+#[derive(Debug, Default)]
+pub(super) struct ChartLists {
+    /// Those with two sign changes of their Bernstein coefficients.
+    pub simple: Charts,
+    /// Those with four, whole or in parts.
+    pub parts: Charts,
+    suspects: Charts,
+}
+
+/// Finds the charts of pairs; the numbers of pairs outside the common case go to `irregular`.
 #[inline(always)]
 pub(super) fn charts<S: Simd>(
     simd: S,
     lines: &[Line],
     pairs: &[(u32, u32)],
-    whole: &mut Charts,
-    charts: &mut Charts,
+    lists: &mut ChartLists,
     irregular: &mut Vec<u32>,
 ) {
-    whole.clear();
-    whole.reserve(2 * (pairs.len() + LANES));
+    let ChartLists { simple, parts, suspects } = lists;
+    for list in [&mut *simple, &mut *suspects] {
+        list.clear();
+        list.reserve(2 * (pairs.len() + LANES));
+    }
+    let mut numbers = [[[0.0; LANES]; 9]; 2];
     for (index, group) in pairs.chunks(LANES).enumerate() {
         let first = index * LANES;
         let pair = |lane: usize| if lane < group.len() { group[lane] } else { group[0] };
-        let here = (1u32 << group.len()) - 1;
         let sides = sides(simd, &PairLanes::load(simd, lines, each_lane!(lane => pair(lane))));
+        let here = (1u32 << group.len()) - 1;
         let odd = sides.irregular & here;
         if odd != 0 {
             irregular.extend((0..group.len()).filter(|lane| (odd >> lane) & 1 == 1).map(|n| (first + n) as u32));
         }
         let here = here & !odd;
-        whole.put_sides(&sides, first, here);
+        let keep = [sides.sides[0].keep & here, sides.sides[1].keep & here];
+        if keep[0] | keep[1] == 0 {
+            continue;
+        }
+        sides.sides[0].store(&sides, &mut numbers[0]);
+        sides.sides[1].store(&sides, &mut numbers[1]);
+        let four = [sides.sides[0].four_changes, sides.sides[1].four_changes];
+        simple.put_sides(&numbers, [keep[0] & !four[0], keep[1] & !four[1]], first);
+        suspects.put_sides(&numbers, [keep[0] & four[0], keep[1] & four[1]], first);
     }
-    cut_all(simd, whole, charts);
+    cut_all(simd, suspects, parts);
+}
+
+/// Numbers of one side of a group: all that a chart has, but offset and pair.
+type SideNumbers = [[f64; LANES]; 9];
+
+impl Charts {
+    /// Puts charts of both sides of the pairs from `first` on.
+    #[inline(always)]
+    fn put_sides(&mut self, numbers: &[SideNumbers; 2], keep: [u32; 2], first: usize) {
+        let mut keep = spread(keep[0]) | (spread(keep[1]) << 1);
+        while keep != 0 {
+            let slot = keep.trailing_zeros() as usize;
+            keep &= keep - 1;
+            let (lane, of) = ((slot / 2) % LANES, &numbers[slot % 2]);
+            self.put([
+                of[0][lane],
+                of[1][lane],
+                of[2][lane],
+                of[3][lane],
+                of[4][lane],
+                of[5][lane],
+                0.0,
+                of[6][lane],
+                of[7][lane],
+                (first + lane) as f64,
+                of[8][lane],
+            ]);
+        }
+    }
 }
 
 /// Cuts the charts that rise above 0 between two minima and drops parts that cannot be negative.
 #[inline(always)]
-fn cut_all<S: Simd>(simd: S, whole: &Charts, charts: &mut Charts) {
-    charts.clear();
-    charts.reserve(2 * whole.len() + LANES);
-    for (block, filled) in whole.blocks() {
-        let here = (1u32 << filled) - 1;
+fn cut_all<S: Simd>(simd: S, suspects: &Charts, parts: &mut Charts) {
+    parts.clear();
+    parts.reserve(2 * suspects.len() + LANES);
+    let mut halves = [[[0.0; LANES]; 7]; 2];
+    for (block, filled) in suspects.blocks() {
         let c = [
             Lanes::load_array_ref(simd, &block[0]),
             Lanes::load_array_ref(simd, &block[1]),
@@ -238,46 +230,28 @@ fn cut_all<S: Simd>(simd: S, whole: &Charts, charts: &mut Charts) {
             Lanes::load_array_ref(simd, &block[3]),
             Lanes::load_array_ref(simd, &block[4]),
         ];
-        let (cut, place) = cuts(simd, &c);
-        let cut = cut.to_bitmask() & here;
-        if cut == 0 {
-            charts.put_block(block, filled);
-            continue;
-        }
         let scale = Lanes::load_array_ref(simd, &block[5]);
-        let mut parts = [[[0.0; LANES]; 7]; 2];
-        let ends = [(0.5 * (place - 1.0), 0.5 * (place + 1.0)), (0.5 * (place + 1.0), 0.5 * (1.0 - place))];
-        let mut keep = [0; 2];
-        for ((numbers, keep), (middle, half)) in parts.iter_mut().zip(&mut keep).zip(ends) {
-            let (part, bits) = part(simd, &c, middle, half);
-            store(numbers, &part, scale * half, scale * middle);
-            *keep = bits;
-        }
-        for lane in 0..filled {
-            let numbers = numbers_of(block, lane);
-            if (cut >> lane) & 1 == 0 {
-                charts.put(numbers);
-                continue;
-            }
-            for (part, keep) in parts.iter().zip(keep) {
-                if (keep >> lane) & 1 == 1 {
-                    let [.., mid_cos, mid_sin, sense, pair, _] = numbers;
-                    charts.put([
-                        part[0][lane],
-                        part[1][lane],
-                        part[2][lane],
-                        part[3][lane],
-                        part[4][lane],
-                        part[5][lane],
-                        part[6][lane],
-                        mid_cos,
-                        mid_sin,
-                        sense,
-                        pair,
-                        1.0,
-                    ]);
+        let (cut, place) = cuts(simd, &c);
+        let cut = cut.to_bitmask();
+        let (middle, half) = (0.5 * (place - 1.0), 0.5 * (place + 1.0));
+        let lower = part(simd, &c, middle, half);
+        store(&mut halves[0], &lower.0, scale * half, scale * middle);
+        let (middle, half) = (0.5 * (place + 1.0), 0.5 * (1.0 - place));
+        let upper = part(simd, &c, middle, half);
+        store(&mut halves[1], &upper.0, scale * half, scale * middle);
+        let here = (1u32 << filled) - 1;
+        let mut keep = spread(!cut & here | lower.1 & here) | (spread(cut & upper.1 & here) << 1);
+        while keep != 0 {
+            let slot = keep.trailing_zeros() as usize;
+            keep &= keep - 1;
+            let (lane, half) = ((slot / 2) % LANES, &halves[slot % 2]);
+            let mut numbers = numbers_of(block, lane);
+            if (cut >> lane) & 1 == 1 {
+                for (number, half) in numbers.iter_mut().zip(half) {
+                    *number = half[lane];
                 }
             }
+            parts.put(numbers);
         }
     }
 }
@@ -315,15 +289,33 @@ fn spread(bits: u32) -> u32 {
 /// Both sides of the pairs.
 struct Sides<S: Simd> {
     sides: [Side<S>; 2],
+    half_tangent: Lanes<S>,
+    radius_over_reach: Lanes<S>,
     irregular: u32,
 }
 
-/// One side of the pairs: the quartic, whether it may be negative, and where it is counted from.
+/// One side of the pairs: the quartic, whether it may be negative and has four sign changes, and where it is counted
+/// from.
 struct Side<S: Simd> {
     c: [Lanes<S>; 5],
     keep: u32,
-    half_tangent: Lanes<S>,
+    four_changes: u32,
     origin: [Lanes<S>; 2],
+}
+
+impl<S: Simd> Side<S> {
+    #[inline(always)]
+    fn store(&self, of: &Sides<S>, numbers: &mut SideNumbers) {
+        self.c[0].store_array(&mut numbers[0]);
+        self.c[1].store_array(&mut numbers[1]);
+        self.c[2].store_array(&mut numbers[2]);
+        self.c[3].store_array(&mut numbers[3]);
+        self.c[4].store_array(&mut numbers[4]);
+        of.half_tangent.store_array(&mut numbers[5]);
+        self.origin[0].store_array(&mut numbers[6]);
+        self.origin[1].store_array(&mut numbers[7]);
+        of.radius_over_reach.store_array(&mut numbers[8]);
+    }
 }
 
 #[inline(always)]
@@ -448,19 +440,26 @@ fn sides<S: Simd>(simd: S, pairs: &PairLanes<S>) -> Sides<S> {
     let (slope, slope_mean) = (double * (other[2] * mid_cos), double * (other[1] * mid_sin));
     let across = other[2] * mid_sin;
     let quartic = Quartic { reach, square, strip };
-    let (plus, plus_keep) =
-        quartic.along(simd, [mean[0] + across, slope - slope_mean, mean[1] - square * across]);
-    let (minus, minus_keep) =
-        quartic.along(simd, [mean[0] - across, -slope - slope_mean, mean[1] + square * across]);
+    let plus = quartic.along(simd, [mean[0] + across, slope - slope_mean, mean[1] - square * across]);
+    let minus = quartic.along(simd, [mean[0] - across, -slope - slope_mean, mean[1] + square * across]);
     let regular = (frame.sin * frame.sin).simd_gt(Lanes::splat(simd, SIN_SQUARED_MIN));
     // The middles from e1 again.
     let (x, y) = (mid_cos * turn_cos, mid_sin * turn_sin);
     let (z, w) = (mid_sin * turn_cos, mid_cos * turn_sin);
+    // On the mirrored side u runs against the angle, unless it changes its sign.
+    let [c_0, c_1, c_2, c_3, c_4] = minus.c;
     Sides {
         sides: [
-            Side { c: plus, keep: plus_keep, half_tangent, origin: [x - y, z + w] },
-            Side { c: minus, keep: minus_keep, half_tangent, origin: [x + y, w - z] },
+            Side { c: plus.c, keep: plus.keep, four_changes: plus.four_changes, origin: [x - y, z + w] },
+            Side {
+                c: [c_0, -c_1, c_2, -c_3, c_4],
+                keep: minus.keep,
+                four_changes: minus.four_changes,
+                origin: [x + y, w - z],
+            },
         ],
+        half_tangent,
+        radius_over_reach: pairs.radius_a / reach,
         irregular: (!regular).to_bitmask(),
     }
 }
@@ -479,12 +478,19 @@ struct Quartic<S: Simd> {
     strip: [Lanes<S>; 3],
 }
 
+/// A side's quartic.
+struct Along<S: Simd> {
+    c: [Lanes<S>; 5],
+    keep: u32,
+    four_changes: u32,
+}
+
 impl<S: Simd> Quartic<S> {
     /// The quartic `y^2 + h^2 - reach^2`, times `(1 + tau^2)^2`, in powers of `u`, from `y` in powers of `u`,
     /// where `h` is the wave with the strip and `y` the other one; and the bits of the lanes in which it may be
-    /// negative.
+    /// negative, and has four sign changes of its Bernstein coefficients.
     #[inline(always)]
-    fn along(&self, simd: S, y: [Lanes<S>; 3]) -> ([Lanes<S>; 5], u32) {
+    fn along(&self, simd: S, y: [Lanes<S>; 3]) -> Along<S> {
         let (h, square, reach) = (&self.strip, self.square, self.reach);
         let reach_squared = reach * reach;
         let edge = square * reach_squared;
@@ -505,7 +511,8 @@ impl<S: Simd> Quartic<S> {
         let (y_first, y_middle, y_last) = (y[0] + y[2] - y[1], y[0] - y[2], y[0] + y[2] + y[1]);
         let above = y_first.simd_gt(rim) & y_middle.simd_gt(middle) & y_last.simd_gt(rim);
         let below = (-y_first).simd_gt(rim) & (-y_middle).simd_gt(middle) & (-y_last).simd_gt(rim);
-        (c, (!(positive | above | below)).to_bitmask())
+        let four_changes = b_1.simd_lt(zero) & b_3.simd_lt(zero) & b_2.simd_gt(zero);
+        Along { c, keep: (!(positive | above | below)).to_bitmask(), four_changes: four_changes.to_bitmask() }
     }
 }
 

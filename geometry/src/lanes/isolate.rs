@@ -17,15 +17,15 @@
 //! here about the arc's length `2 w`. With a last step below `w / 1024` that is `6e-11 w`. The depth vanishes at
 //! the ends, so the force of an arc changes by the square of that: less than rounding.
 
-use super::chart::{Block, Charts, bernstein, chart_of, newton, within};
+use super::chart::{Block, ChartLists, Charts, bernstein, chart_of, newton, within};
 use super::{LANES, LaneArc, Lanes, Mask, Row, Simd, larger, rows_of, smaller};
-use crate::arc::HALF_TANGENT_MAX;
+use crate::arc::{HALF_TANGENT_MAX, RULE_LENGTHS};
 use fearless_simd::prelude::*;
 
 /// Newton steps to the minimum from the lowest of some places.
 const MINIMUM_STEPS: usize = 1;
 /// A chart that was cut so often is left alone.
-const CUTS_MAX: f64 = 5.0;
+const CUTS_MAX: usize = 5;
 /// Halley steps to the roots without a look, and at most.
 const ROOT_STEPS: [usize; 2] = [3, 24];
 /// The last step, in half widths of the arc.
@@ -36,31 +36,33 @@ const STEEP: f64 = 1.0 / 64.0;
 /// The search for the minimum stays this far from the ends.
 const INNER: f64 = 1.0 - 1.0 / 16.0;
 
-/// Finds the arcs of the charts, in order; the numbers of pairs with a chart outside the common case go to
-/// `irregular`. `cuts` is memory.
+/// Finds the arcs of the charts, each list in the order of its pairs; the numbers of pairs with a chart outside the
+/// common case go to `irregular`. `cuts` is memory.
 #[inline(always)]
 pub(super) fn isolate<S: Simd>(
     simd: S,
-    charts: &Charts,
+    charts: &ChartLists,
     cuts: &mut [Charts; 2],
-    arcs: &mut Vec<LaneArc>,
+    arcs: &mut [Vec<LaneArc>; 4],
     irregular: &mut Vec<u32>,
 ) {
-    arcs.clear();
     let [parts, next] = cuts;
+    let [simple, of_parts, late, found] = arcs;
     parts.clear();
-    isolate_all(simd, charts, parts, arcs, irregular);
-    let first = arcs.len();
-    while !parts.is_empty() {
+    isolate_all(simd, &charts.simple, parts, simple, irregular);
+    isolate_all(simd, &charts.parts, parts, of_parts, irregular);
+    late.clear();
+    for _ in 0..CUTS_MAX {
+        if parts.is_empty() {
+            return;
+        }
         next.clear();
-        isolate_all(simd, parts, next, arcs, irregular);
+        isolate_all(simd, parts, next, found, irregular);
+        late.append(found);
         core::mem::swap(parts, next);
     }
-    // Each round is in order; a pair's two arcs stay in the order in which they were found. The later ones are few.
-    arcs[first..].sort_by_key(LaneArc::pair);
-    for late in first..arcs.len() {
-        let place = arcs[..late].partition_point(|arc| arc.pair() <= arcs[late].pair());
-        arcs[place..=late].rotate_right(1);
+    for (block, filled) in parts.blocks() {
+        irregular.extend((0..filled).map(|lane| chart_of(block, lane).pair as u32));
     }
 }
 
@@ -72,18 +74,21 @@ fn isolate_all<S: Simd>(
     arcs: &mut Vec<LaneArc>,
     irregular: &mut Vec<u32>,
 ) {
-    let mut count = arcs.len();
-    arcs.resize(count + charts.len() + LANES, LaneArc::default());
+    let mut count = 0;
+    if arcs.len() < charts.len() + LANES {
+        arcs.resize(charts.len() + LANES, LaneArc::default());
+    }
+    let room = arcs.as_mut_slice();
+    let mut places = [0.0; LANES];
     for (block, filled) in charts.blocks() {
         let here = (1u32 << filled) - 1;
         let found = ends(simd, block, here);
         let odd = !(found.touching | found.empty) & here;
         if odd != 0 {
-            let mut places = [0.0; LANES];
             found.place.store_array(&mut places);
             for (lane, place) in places.iter().enumerate().filter(|(lane, _)| (odd >> lane) & 1 == 1) {
                 let chart = chart_of(block, lane);
-                if (found.open >> lane) & 1 == 1 && chart.cuts < CUTS_MAX {
+                if (found.open >> lane) & 1 == 1 {
                     chart.cut(*place).iter().for_each(|part| parts.push(part));
                 } else {
                     irregular.push(chart.pair as u32);
@@ -92,7 +97,7 @@ fn isolate_all<S: Simd>(
         }
         let keep = found.touching & here;
         for (lane, row) in found.arcs.iter().enumerate() {
-            row.store_array(&mut arcs[count].numbers);
+            row.store_array(&mut room[count].numbers);
             count += ((keep >> lane) & 1) as usize;
         }
     }
@@ -151,15 +156,20 @@ fn ends<S: Simd>(simd: S, block: &Block, here: u32) -> Found<S> {
     // One division for both `norm` and `apart`.
     let inverse = 1.0 / (norm * apart);
     let (cos, sin) = ((1.0 - start * end) * (apart * inverse), (start + end) * (apart * inverse));
-    let turn = sin * number(simd, block, 9);
-    let arc_cos = mid_cos * cos - mid_sin * turn;
-    let arc_sin = mid_sin * cos + mid_cos * turn;
+    let arc_cos = mid_cos * cos - mid_sin * sin;
+    let arc_sin = mid_sin * cos + mid_cos * sin;
     let arc_tangent = (end - start) * (norm * inverse);
     let short = arc_tangent.simd_le(Lanes::splat(simd, HALF_TANGENT_MAX));
 
+    let length = 2.0 * arc_tangent * number(simd, block, 10);
+    // As in `arc::rule_for`.
+    let [four, six, eight] = RULE_LENGTHS;
+    let rule = (length.simd_lt(Lanes::splat(simd, four)).select(zero, one)
+        + length.simd_lt(Lanes::splat(simd, six)).select(zero, one))
+        + length.simd_lt(Lanes::splat(simd, eight)).select(zero, one);
     let positive = ends_outside & lowest.simd_gt(zero);
     Found {
-        arcs: rows_of([arc_cos, arc_sin, arc_tangent, number(simd, block, 10)]),
+        arcs: rows_of([arc_cos, arc_sin, arc_tangent, 4.0 * number(simd, block, 9) + rule]),
         touching: (certain & converged & short).to_bitmask(),
         empty: (positive & no_root).to_bitmask(),
         open: positive.to_bitmask(),

@@ -137,7 +137,7 @@ impl Line {
 #[repr(C, align(32))]
 pub struct LaneArc {
     /// Cosine and sine of the middle from `e1` towards `e2`, `tan(phi / 2)` with `phi` half the arc's angle, and
-    /// the number of the pair among those searched.
+    /// four times the number of the pair among those searched plus the number of the rule.
     pub numbers: [f64; 4],
 }
 
@@ -163,16 +163,23 @@ impl LaneArc {
     /// Number of the pair among those searched.
     #[inline(always)]
     pub fn pair(&self) -> usize {
-        self.numbers[3] as u32 as usize
+        (self.numbers[3] as u64 >> 2) as usize
+    }
+
+    /// Number of the rule that its length needs, in the order of [`RULES`](crate::arc::RULES).
+    #[inline(always)]
+    pub fn rule(&self) -> usize {
+        (self.numbers[3] as u64 & 3) as usize
     }
 }
 
 /// A search for contact arcs, and its memory.
 #[derive(Debug, Default)]
 pub struct ArcSearch {
-    whole: chart::Charts,
-    charts: chart::Charts,
+    charts: chart::ChartLists,
     cuts: [chart::Charts; 2],
+    /// Of simple charts, of parts, of parts that were cut again, and of one round of these.
+    found: [Vec<LaneArc>; 4],
     /// The arcs found, in the order of the pairs. A pair has at most two.
     pub arcs: Vec<LaneArc>,
     /// The pairs that were not answered, in order.
@@ -185,17 +192,38 @@ impl ArcSearch {
     #[inline(always)]
     pub fn find<S: Simd>(&mut self, simd: S, lines: &[Line], pairs: &[(u32, u32)]) {
         self.irregular.clear();
-        chart::charts(simd, lines, pairs, &mut self.whole, &mut self.charts, &mut self.irregular);
-        isolate::isolate(simd, &self.charts, &mut self.cuts, &mut self.arcs, &mut self.irregular);
+        chart::charts(simd, lines, pairs, &mut self.charts, &mut self.irregular);
+        isolate::isolate(simd, &self.charts, &mut self.cuts, &mut self.found, &mut self.irregular);
         self.settle();
     }
 
-    /// A pair that is irregular on one side is irregular as a whole.
+    /// Brings the arcs into the order of the pairs, a pair's two in the order in which they were found. A pair that
+    /// is irregular on one side is irregular as a whole.
     #[inline(always)]
     fn settle(&mut self) {
+        self.irregular.sort_unstable();
+        self.irregular.dedup();
+        let [simple, parts, late, _] = &mut self.found;
+        if !late.is_empty() {
+            parts.append(late);
+            parts.sort_by_key(LaneArc::pair);
+        }
+        // Behind each list one that is behind all, so that no end needs a look.
+        let last = LaneArc { numbers: [0.0, 0.0, 0.0, f64::MAX] };
+        let count = simple.len() + parts.len();
+        simple.push(last);
+        parts.push(last);
+        self.arcs.clear();
+        self.arcs.resize(count, last);
+        let (mut one, mut other) = (0, 0);
+        for arc in &mut self.arcs {
+            // Two of one pair: by their rules, which is as good as any order.
+            let first = simple[one].numbers[3] <= parts[other].numbers[3];
+            *arc = if first { simple[one] } else { parts[other] };
+            one += usize::from(first);
+            other += usize::from(!first);
+        }
         if !self.irregular.is_empty() {
-            self.irregular.sort_unstable();
-            self.irregular.dedup();
             // Both lists are in order.
             let mut irregular = self.irregular.iter().map(|&pair| pair as usize).peekable();
             self.arcs.retain(|arc| {

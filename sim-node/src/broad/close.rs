@@ -3,17 +3,17 @@
 //! The one thing to know: a pair is left out only as long as its wires are apart for certain, so what is left
 //! out reaches no bit.
 //!
-//! Neighbours are taken by patches, a few hundred pairs in a row; in a weave those lie together. When a patch is
+//! Neighbours are taken by patches, some hundred pairs in a row; in a weave those lie together. When a patch is
 //! looked at, pairs that are apart by more than a margin are dropped, and the poses of its rings are noted. A point
 //! of a ring whose centre has moved by `dc` and whose normal by `dn` is within `R |dn|` of a point of the old
 //! circle moved by `dc`: that is the chord of the smallest turn that brings the one normal to the other. So two
 //! circles come closer by no more than the difference of their `dc`, which lies in the box of all of them, and
 //! `R |dn|` of each. While that is below the margin, the patch need not be looked at again.
 
-use geometry::lanes::{Line, NearSearch, Row, Select, Simd, SimdBase, SimdFloat};
+use geometry::lanes::{Line, NearSearch, Row, Select, Simd, SimdBase};
 
 /// Pairs in a patch. Part of nothing: any value gives the same bits.
-const PATCH_PAIRS: usize = 256;
+const PATCH_PAIRS: usize = 128;
 
 /// Share of the margin that is given up to rounding.
 const ROUNDING: f64 = 1e-6;

@@ -1,4 +1,4 @@
-//! The law of the module's page for many pairs of rings: arcs and forces, eight side by side.
+//! The law of the module's page for many pairs of rings: arcs and forces, sixteen side by side.
 //!
 //! The one thing to know: the same law, the same quadrature and the same arcs as the scalar code, in the common
 //! frame of each pair ([`geometry::lanes`]), where B's closest point needs two coordinates only. What is not
@@ -14,7 +14,7 @@
 use super::material::NormalLaw;
 use super::{Contact, direction};
 use crate::wrench::Velocity;
-use geometry::arc::rule_for;
+use geometry::arc::RULES;
 use geometry::each_lane;
 use geometry::lanes::{
     ArcSearch, Frames, LANES, LaneArc, Lanes, Line, PairLanes, Row, Simd, Vectors, columns, larger, rows_of,
@@ -24,9 +24,6 @@ use geometry::{Circle, GaussRule};
 
 /// Below this a product of lengths is taken for 0 (m^2).
 const TINY: f64 = 1e-300;
-
-/// The rules in ascending order; one list of arcs for each.
-const RULES: [GaussRule; 4] = [GaussRule::Three, GaussRule::Four, GaussRule::Six, GaussRule::Eight];
 
 /// A body's velocities as the lanes read them.
 #[derive(Clone, Copy, Debug, Default)]
@@ -68,11 +65,35 @@ pub(crate) struct RingScene<'a> {
 impl RingScene<'_> {
     #[inline(always)]
     fn law(&self, (a, b): (u32, u32)) -> &NormalLaw {
-        if self.laws.len() == 1 {
-            return &self.laws[0];
-        }
         let (a, b) = (self.materials[a as usize] as usize, self.materials[b as usize] as usize);
         &self.laws[a * self.material_count + b]
+    }
+
+    /// Stiffness, rate damping and viscous damping of pairs.
+    #[inline(always)]
+    fn law_lanes<S: Simd, const DAMPED: bool>(
+        &self,
+        simd: S,
+        pairs: [(u32, u32); LANES],
+    ) -> [Lanes<S>; 3] {
+        if let [law] = self.laws {
+            let numbers = [law.stiffness, law.rate_damping, law.viscous_damping];
+            return [
+                Lanes::splat(simd, numbers[0]),
+                Lanes::splat(simd, numbers[1]),
+                Lanes::splat(simd, numbers[2]),
+            ];
+        }
+        let laws: [&NormalLaw; LANES] = each_lane!(lane => self.law(pairs[lane]));
+        let stiffness = Lanes::load_array(simd, each_lane!(lane => laws[lane].stiffness));
+        if !DAMPED {
+            return [stiffness, Lanes::splat(simd, 0.0), Lanes::splat(simd, 0.0)];
+        }
+        [
+            stiffness,
+            Lanes::load_array(simd, each_lane!(lane => laws[lane].rate_damping)),
+            Lanes::load_array(simd, each_lane!(lane => laws[lane].viscous_damping)),
+        ]
     }
 }
 
@@ -123,7 +144,7 @@ impl ArcForce {
 #[derive(Debug, Default)]
 pub(crate) struct RingChunk {
     pub search: ArcSearch,
-    /// Numbers of the arcs for each rule.
+    /// Numbers of the arcs for each of [`RULES`].
     bins: [Vec<u32>; RULES.len()],
     /// In the order of the pairs.
     pub forces: Vec<ArcForce>,
@@ -150,7 +171,7 @@ impl RingChunk {
         if count == 0 {
             return;
         }
-        self.sort(scene.lines, pairs);
+        self.sort();
         simd.vectorize(
             #[inline(always)]
             || {
@@ -173,28 +194,20 @@ impl RingChunk {
 
     /// Sorts the arcs by the rule that their length needs. Written without branches: which rule it is cannot be
     /// foretold.
-    fn sort(&mut self, lines: &[Line], pairs: &[(u32, u32)]) {
+    fn sort(&mut self) {
         let arcs = &self.search.arcs;
         let mut counts = [0; RULES.len()];
         self.bins.iter_mut().for_each(|bin| bin.resize(arcs.len(), 0));
         for (number, arc) in arcs.iter().enumerate() {
-            let (a, b) = pairs[arc.pair()];
-            let (a, b) = (&lines[a as usize], &lines[b as usize]);
-            let reach = a.centre[3] + b.centre[3];
-            let bin = match rule_for(arc.half_tangent(), a.normal[3] / reach) {
-                GaussRule::Two | GaussRule::Three => 0,
-                GaussRule::Four => 1,
-                GaussRule::Six => 2,
-                GaussRule::Eight => 3,
-            };
-            self.bins[bin][counts[bin]] = number as u32;
-            counts[bin] += 1;
+            let rule = arc.rule();
+            self.bins[rule][counts[rule]] = number as u32;
+            counts[rule] += 1;
         }
         self.bins.iter_mut().zip(counts).for_each(|(bin, count)| bin.truncate(count));
     }
 }
 
-/// Up to eight arcs of one rule.
+/// Some arcs of one rule, side by side.
 #[inline(always)]
 fn push_group<S: Simd, const DAMPED: bool>(
     simd: S,
@@ -253,31 +266,28 @@ impl<S: Simd> Push<S> {
             columns(simd, each_lane!(lane => &arcs[lane].numbers));
         let pairs = PairLanes::load(simd, scene.lines, bodies);
         let frame = Frames::of(&pairs);
-        let laws: [&NormalLaw; LANES] = each_lane!(lane => scene.law(bodies[lane]));
         let zero = Lanes::splat(simd, 0.0);
-        let stiffness = each_lane!(lane => laws[lane].stiffness);
+        let [stiffness, rate_damping, viscous_damping] = scene.law_lanes::<S, DAMPED>(simd, bodies);
         let mut push = Push {
             pairs,
             frame,
             half_tangent,
             middle: [mid_cos, mid_sin],
-            stiffness: Lanes::load_array(simd, stiffness),
-            rate_damping: zero,
-            viscous_damping: zero,
+            stiffness,
+            rate_damping,
+            viscous_damping,
             implicit: zero,
             linear: [zero; 3],
             angular: [zero; 2],
         };
         if DAMPED {
-            push.damp(simd, scene, laws, bodies);
+            push.damp(simd, scene, bodies);
         }
         push
     }
 
     #[inline(always)]
-    fn damp(&mut self, simd: S, scene: &RingScene, laws: [&NormalLaw; LANES], bodies: [(u32, u32); LANES]) {
-        self.rate_damping = Lanes::load_array(simd, each_lane!(lane => laws[lane].rate_damping));
-        self.viscous_damping = Lanes::load_array(simd, each_lane!(lane => laws[lane].viscous_damping));
+    fn damp(&mut self, simd: S, scene: &RingScene, bodies: [(u32, u32); LANES]) {
         let a: [&MotionLine; LANES] = each_lane!(lane => &scene.motions[bodies[lane].0 as usize]);
         let b: [&MotionLine; LANES] = each_lane!(lane => &scene.motions[bodies[lane].1 as usize]);
         let [x, y, z, of_a] = columns(simd, each_lane!(lane => &a[lane].linear));
