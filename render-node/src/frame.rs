@@ -1,8 +1,9 @@
 //! One frame: tiles of pixels, handed out to threads as they become free.
 
+use crate::camera::{self, Camera};
 use crate::film::{Film, PixelSums, SamplePlace};
 use crate::model::RenderModel;
-use crate::path::{PIXEL_PAIR, PathTracer};
+use crate::path::{LENS_PAIR, PIXEL_PAIR, PathTracer};
 use crate::sampler::Sampler;
 use crate::warp;
 use crate::world::{PoseError, World};
@@ -81,7 +82,16 @@ pub fn add_samples(
     mut film: Film,
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Option<Film>, PoseError> {
-    let world = World::new(model, bodies)?;
+    let time_s = model.frame_time(job.frame);
+    let moments = camera::moments(&model.render.camera, job.seed, job.frame).into_iter().map(|after_s| {
+        let world = if after_s == 0.0 {
+            World::new(model, bodies)?
+        } else {
+            World::new(model, &camera::moved(bodies, after_s))?
+        };
+        Ok((world, Camera::at(&model.render, time_s + after_s)))
+    });
+    let moments = moments.collect::<Result<Vec<_>, PoseError>>()?;
     let (left, top, width_px, height_px) = model.part();
     assert_eq!((film.width_px, film.height_px), (width_px, height_px), "the film is of another size");
     let columns = width_px.div_ceil(TILE_PX);
@@ -92,7 +102,8 @@ pub fn add_samples(
     let work = |go_on: Option<&mut dyn FnMut() -> bool>| {
         let mut worker = Worker {
             model,
-            tracer: PathTracer { model, world: &world, rays: 0 },
+            moments: &moments,
+            tracer: PathTracer { model, world: &moments[0].0, rays: 0 },
             sampler: Sampler::new(job.seed, job.frame, model.render.sampler),
             watch: Watch { go_on, given_up: &given_up, rays_asked: 0 },
             samples: samples.clone(),
@@ -141,6 +152,8 @@ fn filter_offset(filter: &Filter, square: (f64, f64)) -> (f64, f64) {
 /// What one thread needs to render tiles.
 struct Worker<'a, 'b> {
     model: &'a RenderModel,
+    /// What there is to see at each moment of the open shutter, and from where.
+    moments: &'a [(World<'a>, Camera)],
     tracer: PathTracer<'a>,
     sampler: Sampler,
     watch: Watch<'a, 'b>,
@@ -212,7 +225,10 @@ impl Worker<'_, '_> {
             }
             self.sampler.start(pixel, sample);
             let (x, y) = filter_offset(&render.filter, self.sampler.pair(PIXEL_PAIR));
-            let ray = self.model.camera.ray(f64::from(x_px) + 0.5 + x, f64::from(y_px) + 0.5 + y);
+            let (world, camera) = &self.moments[sample as usize % self.moments.len()];
+            self.tracer.world = world;
+            let lens = || self.sampler.pair(LENS_PAIR);
+            let ray = camera.ray(f64::from(x_px) + 0.5 + x, f64::from(y_px) + 0.5 + y, lens);
             let radiance = self.tracer.radiance(ray, &mut self.sampler);
             if radiance.iter().all(|channel| channel.is_finite()) {
                 sums.add(&radiance);

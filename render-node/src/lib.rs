@@ -39,6 +39,8 @@
 
 mod bvh;
 mod camera;
+mod environment;
+mod exr_file;
 mod film;
 mod frame;
 mod lanes;
@@ -46,6 +48,7 @@ mod light;
 mod model;
 mod path;
 mod picture;
+mod radiance_file;
 mod ray;
 mod sampler;
 mod sieve;
@@ -56,6 +59,8 @@ pub mod bsdf;
 pub mod node;
 pub mod warp;
 
+pub use environment::{EnvironmentMap, MapError, MapSample};
+pub use exr_file::encode as exr_bytes;
 pub use film::{Film, PixelSums, SamplePlace, luminance};
 pub use frame::{Job, add_samples, render, render_while};
 pub use model::RenderModel;

@@ -80,6 +80,14 @@ pub enum PoseError {
         /// Bodies of the state.
         found: usize,
     },
+    /// The scene names an environment map that the model did not get.
+    #[error(
+        "the scene's environment map {file} was not given to the model: see RenderModel::with_environment"
+    )]
+    NoEnvironment {
+        /// The file that the scene names.
+        file: String,
+    },
     /// A position or orientation that is NaN, infinite, or not a rotation.
     #[error(
         "body {body} has position {position_m:?} m and orientation {orientation:?}: finite numbers and a unit quaternion were expected"
@@ -104,6 +112,9 @@ impl<'a> World<'a> {
         let (expected, found) = (model.body_count(), states.len());
         if expected != found {
             return Err(PoseError::BodyCount { expected, found });
+        }
+        if let (Some(environment), None) = (&model.render.environment, &model.environment) {
+            return Err(PoseError::NoEnvironment { file: environment.file.clone() });
         }
         for (body, state) in states.iter().enumerate() {
             let BodyState { position_m, orientation, .. } = *state;

@@ -4,14 +4,16 @@
 //! scenes and logs from before a key existed mean what they meant.
 
 mod bounces;
+mod camera;
 mod film;
 mod light;
 mod look;
 mod validate;
 
 pub use bounces::UNLIMITED;
+pub use camera::{Camera, Projection, Viewpoint};
 pub use film::{DirectLight, Filter, FilterShape, Sampler};
-pub use light::{Light, Sky};
+pub use light::{Environment, Light, Sky};
 pub use look::{Bsdf, Look, Metal};
 pub(super) use validate::validate;
 
@@ -54,6 +56,9 @@ pub struct Render {
     pub camera: Camera,
     /// Radiance that comes from where nothing is.
     pub sky: Sky,
+    /// A picture of the light from all around; it takes the place of the sky.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub environment: Option<Environment>,
     /// Lights.
     #[serde(rename = "light")]
     pub lights: Vec<Light>,
@@ -88,33 +93,9 @@ impl Default for Render {
             exposure: 1.0,
             camera: Camera::default(),
             sky: Sky::default(),
+            environment: None,
             lights: Vec::new(),
             looks: BTreeMap::new(),
-        }
-    }
-}
-
-/// A pinhole camera.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Camera {
-    /// Where it stands, in metres.
-    pub position_m: [f64; 3],
-    /// The point in the middle of the picture, in metres.
-    pub look_at_m: [f64; 3],
-    /// The direction that is up in the picture; not parallel to the view.
-    pub up: [f64; 3],
-    /// Angle from the bottom to the top of the picture, in radians.
-    pub vertical_field_of_view_rad: f64,
-}
-
-impl Default for Camera {
-    fn default() -> Self {
-        Camera {
-            position_m: [0.0, 0.0, 5.0],
-            look_at_m: [0.0; 3],
-            up: [0.0, 1.0, 0.0],
-            vertical_field_of_view_rad: 0.7,
         }
     }
 }
