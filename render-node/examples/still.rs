@@ -17,6 +17,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let film = render(&model, &initial_states(&scene)?, 0, scene.seed, threads)?;
     let seconds = start.elapsed().as_secs_f64();
     println!("{} rays, {seconds:.2} s, film {}", film.rays, film.hash().short());
-    std::fs::write(picture, png_bytes(&film, scene.render.exposure)?)?;
+    std::fs::write(picture, png_bytes(&film, &scene.render)?)?;
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! One frame: tiles of pixels, handed out to threads as they become free.
 
 use crate::camera::{self, Camera};
-use crate::film::{Film, PixelSums, SamplePlace};
+use crate::film::{Film, PixelSums, SamplePlace, luminance};
 use crate::model::RenderModel;
 use crate::path::{LENS_PAIR, PIXEL_PAIR, PathTracer};
 use crate::sampler::Sampler;
@@ -17,6 +17,10 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 const TILE_PX: u32 = 16;
 /// Rays that a thread traces before it looks again whether the frame is still wanted: some hundredths of a second.
 const RAYS_BETWEEN_LOOKS: u64 = 1 << 17;
+/// Samples after which a pixel's noise is looked at, and as many as two of them first: an estimate from fewer is worth little.
+const NOISE_BATCH: u32 = 16;
+/// Share of white that is added to a pixel's luminance before its noise is compared with it.
+const NOISE_FLOOR: f64 = 0.01;
 
 /// What decides a frame's bits, besides model and bodies, and how many threads compute them.
 #[derive(Clone, Copy, Debug)]
@@ -223,6 +227,9 @@ impl Worker<'_, '_> {
             if self.watch.given_up(self.tracer.rays) {
                 return None;
             }
+            if sample.is_multiple_of(NOISE_BATCH) && sample > NOISE_BATCH && self.is_quiet(&sums) {
+                break;
+            }
             self.sampler.start(pixel, sample);
             let (x, y) = filter_offset(&render.filter, self.sampler.pair(PIXEL_PAIR));
             let (world, camera) = &self.moments[sample as usize % self.moments.len()];
@@ -238,6 +245,15 @@ impl Worker<'_, '_> {
             }
         }
         Some(sums)
+    }
+}
+
+impl Worker<'_, '_> {
+    /// Whether the picture asks for no less noise than the pixel has.
+    fn is_quiet(&self, sums: &PixelSums) -> bool {
+        let Some(share) = self.model.render.noise_max else { return false };
+        let allowed = share * (luminance(&sums.mean()) + NOISE_FLOOR / self.model.render.exposure);
+        sums.variance() <= allowed * allowed
     }
 }
 

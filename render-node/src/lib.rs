@@ -39,8 +39,10 @@
 
 mod bvh;
 mod camera;
+mod colour;
 mod environment;
 mod exr_file;
+mod features;
 mod film;
 mod frame;
 mod lanes;
@@ -53,6 +55,7 @@ mod ray;
 mod sampler;
 mod sieve;
 mod solids;
+mod tone;
 mod world;
 
 pub mod bsdf;
@@ -61,6 +64,7 @@ pub mod warp;
 
 pub use environment::{EnvironmentMap, MapError, MapSample};
 pub use exr_file::encode as exr_bytes;
+pub use features::{FeatureImages, film_channels};
 pub use film::{Film, PixelSums, SamplePlace, luminance};
 pub use frame::{Job, add_samples, render, render_while};
 pub use model::RenderModel;
@@ -68,4 +72,5 @@ pub use picture::{png_bytes, srgb_bytes, srgb_code};
 pub use ray::Ray;
 pub use sampler::Sampler;
 pub use solids::initial_states;
+pub use tone::tone_map;
 pub use world::{Hit, PoseError, World};

@@ -217,8 +217,7 @@ fn render_all(
             break;
         };
         report_non_finite(frame, &film);
-        let png =
-            png_bytes(&film, scene.render.exposure).map_err(|source| NodeError::Png { frame, source })?;
+        let png = png_bytes(&film, &scene.render).map_err(|source| NodeError::Png { frame, source })?;
         frames.send(message.log_time_ns, &CompressedImage::png(message.log_time_ns, png).encode_to_vec())?;
         let info = FrameInfo { environment_hash, ..frame_info(frame, &state, &film, &scene, &plan) };
         let info = serde_json::to_vec(&info);

@@ -12,7 +12,7 @@ mod validate;
 
 pub use bounces::UNLIMITED;
 pub use camera::{Camera, Projection, Viewpoint};
-pub use film::{DirectLight, Filter, FilterShape, Sampler};
+pub use film::{ColourBy, Colouring, DirectLight, Filter, FilterShape, Sampler, ToneMapping};
 pub use light::{Environment, Light, Sky};
 pub use look::{Bsdf, Look, Metal};
 pub(super) use validate::validate;
@@ -32,8 +32,13 @@ pub struct Render {
     /// whole picture, bit for bit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub crop_px: Option<[u32; 4]>,
-    /// Paths traced through each pixel.
+    /// Paths traced through each pixel; the most, where `noise_max` is given.
     pub samples_per_pixel: u32,
+    /// A pixel gets no more samples once its standard error is at most this share of its luminance (plus a hundredth of
+    /// white, which is all that one can see in the dark). It is looked at after every 16 samples, from 32 on, so it depends on
+    /// nothing but the pixel.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise_max: Option<f64>,
     /// Where the random numbers of a path come from.
     #[serde(skip_serializing_if = "is_default")]
     pub sampler: Sampler,
@@ -52,6 +57,12 @@ pub struct Render {
     pub direct_light: DirectLight,
     /// Factor on radiance before the picture is encoded.
     pub exposure: f64,
+    /// How linear radiance becomes the colours of a picture.
+    #[serde(skip_serializing_if = "is_default")]
+    pub tone_mapping: ToneMapping,
+    /// What the colours of bodies mean.
+    #[serde(skip_serializing_if = "is_default")]
+    pub colouring: Colouring,
     /// The camera.
     pub camera: Camera,
     /// Radiance that comes from where nothing is.
@@ -85,12 +96,15 @@ impl Default for Render {
             height_px: 360,
             crop_px: None,
             samples_per_pixel: 16,
+            noise_max: None,
             sampler: Sampler::default(),
             filter: Filter::default(),
             bounces_max: 2,
             roulette_after: ROULETTE_AFTER,
             direct_light: DirectLight::default(),
             exposure: 1.0,
+            tone_mapping: ToneMapping::default(),
+            colouring: Colouring::default(),
             camera: Camera::default(),
             sky: Sky::default(),
             environment: None,

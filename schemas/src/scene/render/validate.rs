@@ -53,6 +53,16 @@ fn validate_film(render: &Render) -> Result<(), SceneError> {
     if render.samples_per_pixel == 0 {
         return Err(refuse("render.samples_per_pixel", 0, "1 or more"));
     }
+    if let Some(noise) = render.noise_max
+        && !(noise > 0.0 && noise < 1.0)
+    {
+        return Err(refuse_number(
+            "render.noise_max",
+            noise,
+            "more than 0 and less than 1; 0.02 is hardly visible",
+        ));
+    }
+    render.colouring.max.map_or(Ok(()), |max| positive("render.colouring.max", max))?;
     let radius = render.filter.radius_px;
     if !(radius > 0.0 && radius <= 16.0) {
         return Err(refuse_number("render.filter.radius_px", radius, "more than 0 and at most 16 pixels"));
