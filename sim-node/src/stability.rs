@@ -130,7 +130,7 @@ pub(crate) fn bound(scene: &Scene, model: &Model) -> Bound {
             Integrator::Verlet => 2.0 / sum.spring.sqrt(),
             Integrator::Rk4 => RK4_RADIUS / (fastest(sum) + drag_rate),
             // Inner steps find their own length; implicit ones have no bound.
-            Integrator::Dopri5 | Integrator::BackwardEuler => f64::INFINITY,
+            Integrator::Dopri5 | Integrator::BackwardEuler | Integrator::EnergyDecaying => f64::INFINITY,
         };
         tighten(largest, &|| {
             format!("the contacts of {} (its stiffest mode is {:.4e} rad/s)", name(), sum.spring.sqrt())

@@ -195,7 +195,9 @@ fn the_estimate_of_a_steps_error_has_its_order() {
         let record = Records::after(Hash::default()).record(&run.model, &run.state, &run.scratch);
         record.error_estimate_m.expect("step 0 is a frame")
     };
-    for (integrator, expected) in [("verlet", 3.0), ("rk4", 5.0)] {
+    for (integrator, expected) in
+        [("verlet", 3.0), ("rk4", 5.0), ("energy-decaying", 3.0), ("backward-euler", 2.0)]
+    {
         let (coarse, fine) = (estimate(integrator, 2e-3), estimate(integrator, 1e-3));
         let observed = order(coarse, fine);
         println!("{integrator}: {coarse:.2e} and {fine:.2e} m, order {observed:.2}");
