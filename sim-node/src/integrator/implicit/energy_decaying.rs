@@ -234,7 +234,7 @@ impl Equations for EnergyDecaying<'_> {
             for (body, wrenches) in
                 [(a, [&blend.start.on_a, &blend.end.on_a]), (b, [&blend.start.on_b, &blend.end.on_b])]
             {
-                if !model.bodies().get(body).is_some_and(|body| !body.pinned) {
+                if model.bodies().get(body).is_none_or(|body| body.pinned) {
                     continue;
                 }
                 for wrench in wrenches {
