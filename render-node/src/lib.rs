@@ -29,7 +29,8 @@
 //! function, `PathTracer::radiance`. Rays are met exactly in `f64`; `f32` only culls, and wide of all rounding.
 //!
 //! # Limits
-//! Surfaces are Lambertian. Light reaches a surface from one area light a vertex, chosen uniformly, and from the sky. A ray
+//! Colours are red, green and blue, not spectra. A rough surface loses what would leave it after a second reflection. At each
+//! vertex one light, chosen uniformly, is asked for its light. A ray
 //! leaves a surface 1e-6 of the smallest radius away from it, so coordinates should stay below 1e8 of the smallest radius. A
 //! body that is 1e5 times farther away than the others are large costs time: nothing is culled any more.
 
@@ -51,11 +52,12 @@ mod sieve;
 mod solids;
 mod world;
 
+pub mod bsdf;
 pub mod node;
 pub mod warp;
 
-pub use film::{Film, SamplePlace};
-pub use frame::{render, render_while};
+pub use film::{Film, PixelSums, SamplePlace, luminance};
+pub use frame::{Job, add_samples, render, render_while};
 pub use model::RenderModel;
 pub use picture::{png_bytes, srgb_bytes, srgb_code};
 pub use ray::Ray;

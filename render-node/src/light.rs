@@ -39,8 +39,10 @@ pub(crate) struct LightSample {
     pub direction: Vec3,
     /// How far away the light is in that direction.
     pub distance: f64,
-    /// Radiance divided by the density of the direction per solid angle.
-    pub weighted_radiance: Vec3,
+    /// Radiance that comes from there.
+    pub radiance: Vec3,
+    /// Density of the direction per solid angle.
+    pub pdf: f64,
 }
 
 impl AreaLight {
@@ -120,7 +122,7 @@ impl AreaLight {
                 let local = warp::uniform_cone(square, one_minus_cos_max);
                 let distance = squared.sqrt();
                 let axis = to_centre / distance;
-                let direction = warp::about(&axis, &local);
+                let direction = warp::Frame::about(&axis).world(&local);
                 // Half a chord of the sphere; at the rim rounding may take it below zero.
                 let offset_squared = squared * (local.x * local.x + local.y * local.y);
                 let half_chord_squared = radius * radius - offset_squared;
@@ -128,7 +130,8 @@ impl AreaLight {
                 Some(LightSample {
                     direction,
                     distance: distance * local.z - half_chord,
-                    weighted_radiance: self.radiance * (2.0 * PI * one_minus_cos_max),
+                    radiance: self.radiance,
+                    pdf: 1.0 / (2.0 * PI * one_minus_cos_max),
                 })
             }
             LightShape::Rectangle(rectangle) => {
@@ -141,7 +144,8 @@ impl AreaLight {
                 (cosine > 0.0).then(|| LightSample {
                     direction,
                     distance,
-                    weighted_radiance: self.radiance * (area * cosine / squared),
+                    radiance: self.radiance,
+                    pdf: squared / (area * cosine),
                 })
             }
         }
@@ -152,6 +156,24 @@ impl AreaLight {
     fn sample_around(&self, point: &Vec3, square: (f64, f64)) -> Option<LightSample> {
         let direction = warp::uniform_cone(square, 2.0);
         let distance = self.hit(&Ray::new(*point, direction), 0.0)?;
-        Some(LightSample { direction, distance, weighted_radiance: self.radiance * (4.0 * PI) })
+        Some(LightSample { direction, distance, radiance: self.radiance, pdf: 1.0 / (4.0 * PI) })
+    }
+
+    /// Density per solid angle with which `sample` chooses, from a point, a direction in which the light is this far away.
+    #[inline]
+    pub(crate) fn pdf(&self, point: &Vec3, direction: &Vec3, distance: f64) -> f64 {
+        match &self.shape {
+            LightShape::Sphere { centre, radius } => {
+                let sine_squared = radius * radius / (centre - point).norm_squared();
+                if !(sine_squared < 1.0) {
+                    return 1.0 / (4.0 * PI);
+                }
+                let one_minus_cos_max = sine_squared / (1.0 + (1.0 - sine_squared).sqrt());
+                1.0 / (2.0 * PI * one_minus_cos_max)
+            }
+            LightShape::Rectangle(rectangle) => {
+                distance * distance / (rectangle.area * direction.dot(&rectangle.normal).abs())
+            }
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! The second half of a scene, compiled: everything that no frame changes.
 
+use crate::bsdf::Bsdf;
 use crate::camera::Camera;
 use crate::light::AreaLight;
 use crate::solids::SolidShape;
@@ -7,7 +8,7 @@ use geometry::Vec3;
 use geometry::polynomial::SolidError;
 use schemas::plan::Plan;
 use schemas::scene::Scene;
-use schemas::scene::render::{Look, Render};
+use schemas::scene::render::{self, Render, UNLIMITED};
 
 /// What a scene looks like apart from the poses of its bodies. Immutable.
 #[derive(Clone, Debug)]
@@ -21,6 +22,8 @@ pub struct RenderModel {
     pub(crate) solids: Vec<(SolidShape, u32)>,
     pub(crate) planes: Vec<PlaneShape>,
     pub(crate) lights: Vec<AreaLight>,
+    /// The numbers of the lights that shine: each is asked for its light equally often.
+    pub(crate) shining: Vec<usize>,
     pub(crate) sky: Sky,
     pub(crate) looks: Vec<CompiledLook>,
     pub(crate) features: Features,
@@ -31,8 +34,10 @@ pub struct RenderModel {
 pub(crate) struct Features {
     /// The last vertex of a path asks whether it sees the sky.
     pub sky: bool,
-    /// Vertices are lit by area lights.
-    pub area_lights: bool,
+    /// Vertices are lit by lights.
+    pub lights: bool,
+    /// Bodies or planes glow.
+    pub emitters: bool,
     /// Rays meet bodies.
     pub bodies: bool,
 }
@@ -59,11 +64,12 @@ pub(crate) struct PlaneShape {
     pub look: u32,
 }
 
-/// Shares of light that a surface reflects, one for each colour of square.
-#[derive(Clone, Copy, Debug)]
+/// How a material scatters light, on each colour of square, and what it emits.
+#[derive(Clone, Debug)]
 pub(crate) struct CompiledLook {
-    pub albedo: Vec3,
-    pub checker_albedo: Vec3,
+    pub bsdf: Bsdf,
+    pub checker: Option<Bsdf>,
+    pub emitted: Option<Vec3>,
 }
 
 #[derive(Clone, Debug)]
@@ -136,7 +142,8 @@ impl RenderModel {
         });
         let planes = planes.collect::<Vec<_>>();
         let lights: Vec<_> = render.lights.iter().map(AreaLight::new).collect();
-        let plan = plan(scene, &lights);
+        let shining: Vec<_> = (0..lights.len()).filter(|&index| lights[index].is_lit()).collect();
+        let plan = plan(scene, shining.len());
         let horizon = Vec3::from(render.sky.horizon_radiance);
         let model = RenderModel {
             camera: Camera::new(render),
@@ -147,7 +154,8 @@ impl RenderModel {
             },
             features: Features {
                 sky: everything || plan.needs("light/sky"),
-                area_lights: !lights.is_empty() && (everything || plan.needs("light/area")),
+                lights: everything || plan.needs("light/area"),
+                emitters: everything || plan.needs("look/emitter"),
                 bodies: everything
                     || ["ring", "sphere", "capsule", "box", "polynomial"]
                         .iter()
@@ -159,6 +167,7 @@ impl RenderModel {
             solids,
             planes,
             lights,
+            shining,
             looks: looks.compiled,
         };
         Ok((model, plan))
@@ -167,6 +176,13 @@ impl RenderModel {
     /// The settings of the picture.
     pub fn settings(&self) -> &Render {
         &self.render
+    }
+
+    /// The part of the picture that is rendered: left, top, width and height in pixels.
+    pub(crate) fn part(&self) -> (u32, u32, u32, u32) {
+        let [left, top, width, height] =
+            self.render.crop_px.unwrap_or([0, 0, self.render.width_px, self.render.height_px]);
+        (left, top, width, height)
     }
 
     /// Number of moving bodies: all but planes.
@@ -203,11 +219,13 @@ impl<'a> Looks<'a> {
         if let Some(index) = self.names.iter().position(|known| known == name) {
             return index as u32;
         }
-        let Look { albedo, checker_albedo } = self.render.looks.get(name).cloned().unwrap_or_default();
+        let look = self.render.looks.get(name).cloned().unwrap_or_default();
         self.names.push(name.to_owned());
         self.compiled.push(CompiledLook {
-            albedo: Vec3::from(albedo),
-            checker_albedo: Vec3::from(checker_albedo.unwrap_or(albedo)),
+            bsdf: Bsdf::new(&look, look.albedo),
+            checker: look.checker_albedo.map(|albedo| Bsdf::new(&look, albedo)),
+            emitted: (look.bsdf == render::Bsdf::Emitter)
+                .then(|| Vec3::from(look.radiance.unwrap_or_default())),
         });
         (self.compiled.len() - 1) as u32
     }
@@ -223,7 +241,7 @@ fn checker_axes(normal: &Vec3) -> [Vec3; 2] {
     [first, normal.cross(&first)]
 }
 
-fn plan(scene: &Scene, lights: &[AreaLight]) -> Plan {
+fn plan(scene: &Scene, lit: usize) -> Plan {
     let render = &scene.render;
     let mut plan = Plan::default();
     let counted = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
@@ -246,7 +264,6 @@ fn plan(scene: &Scene, lights: &[AreaLight]) -> Plan {
             plan.push(&format!("shape/{name}"), true, reason);
         }
     }
-    let lit = lights.iter().filter(|light| light.is_lit()).count();
     plan.push(
         "light/area",
         lit > 0,
@@ -256,7 +273,23 @@ fn plan(scene: &Scene, lights: &[AreaLight]) -> Plan {
     let reason = if sky { "its radiance is not zero" } else { "zenith and horizon are black" };
     plan.push("light/sky", sky, reason);
     let bounces = render.bounces_max;
-    plan.push("light/indirect", bounces > 0, format!("bounces_max is {bounces}"));
+    let reason = match bounces {
+        UNLIMITED => "bounces_max is unlimited".to_owned(),
+        _ => format!("bounces_max is {bounces}"),
+    };
+    plan.push("light/indirect", bounces > 0, reason);
+    // What few scenes have is told of where it is.
+    if bounces > render.roulette_after {
+        let reason = format!("bounces_max is more than roulette_after, which is {}", render.roulette_after);
+        plan.push("light/roulette", true, reason);
+    }
+    for bsdf in [render::Bsdf::Conductor, render::Bsdf::Plastic, render::Bsdf::Mirror, render::Bsdf::Emitter]
+    {
+        let named = |material: &&String| render.looks.get(*material).is_some_and(|look| look.bsdf == bsdf);
+        if let Some(material) = materials(scene).find(named) {
+            plan.push(&format!("look/{}", bsdf.name()), true, format!("the look of {material}"));
+        }
+    }
     let checkered = scene
         .planes
         .iter()
@@ -264,4 +297,14 @@ fn plan(scene: &Scene, lights: &[AreaLight]) -> Plan {
     let reason = if checkered { "a plane's look has a checker_albedo" } else { "no plane's look has one" };
     plan.push("look/checkerboard", checkered, reason);
     plan
+}
+
+/// The materials of all bodies and planes.
+fn materials(scene: &Scene) -> impl Iterator<Item = &String> {
+    let rings = scene.rings.iter().map(|ring| &ring.material);
+    let rings = rings.chain(scene.spheres.iter().map(|sphere| &sphere.material));
+    let rings = rings.chain(scene.capsules.iter().map(|capsule| &capsule.material));
+    let rings = rings.chain(scene.boxes.iter().map(|cuboid| &cuboid.material));
+    let rings = rings.chain(scene.polynomials.iter().map(|polynomial| &polynomial.material));
+    rings.chain(scene.planes.iter().map(|plane| &plane.material))
 }

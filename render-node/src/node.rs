@@ -1,7 +1,7 @@
 //! The renderer as a process: keyframes in, frames out. The only file that knows the bus.
 
 use crate::film::{Film, SamplePlace};
-use crate::frame::render_while;
+use crate::frame::{Job, render_while};
 use crate::model::RenderModel;
 use crate::picture::png_bytes;
 use crate::world::PoseError;
@@ -175,7 +175,8 @@ fn render_all(
         let step = state.header.step;
         let frame = scene.time.frame_at(step).filter(|&frame| frame > next_frame).unwrap_or(next_frame);
         next_frame = frame + 1;
-        let film = render_while(&model, &state.bodies, frame, scene.seed, threads, &mut || keyframes.go_on());
+        let job = Job { frame, seed: scene.seed, threads };
+        let film = render_while(&model, &state.bodies, &job, &mut || keyframes.go_on());
         let Some(film) = film.map_err(|source| NodeError::Pose { frame, step, source })? else {
             break;
         };

@@ -31,9 +31,13 @@ impl Hit {
 }
 
 /// What is at a hit.
-pub(crate) enum Surface {
-    Reflecting(Vertex),
-    Light,
+pub(crate) enum Surface<'a> {
+    /// It scatters light.
+    Scattering(Vertex<'a>),
+    /// A light, by its number.
+    Light(usize),
+    /// A body that glows, with the radiance that it emits.
+    Emitter(Vec3),
 }
 
 /// A model with its bodies in the poses of one state.
@@ -186,28 +190,39 @@ impl<'a> World<'a> {
         plane::ray_plane(&ray.origin, &ray.direction, &shape.normal, shape.offset, self.bodies.ray_start)
     }
 
-    /// What is at a hit.
-    pub(crate) fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
-        let point = hit.point(ray);
-        let Some(plane) = hit.surface.checked_sub(self.bodies.count()) else {
-            return Surface::Reflecting(self.bodies.vertex(hit.surface, point, ray));
-        };
-        let Some(shape) = self.model.planes.get(plane as usize) else {
-            return Surface::Light;
-        };
-        let look = &self.model.looks[shape.look as usize];
-        let odd = (square(point.dot(&shape.axes[0])) ^ square(point.dot(&shape.axes[1]))) & 1 == 1;
-        Surface::Reflecting(Vertex {
-            point,
-            normal: plane::facing_normal(&shape.normal, &ray.direction),
-            albedo: if odd { look.checker_albedo } else { look.albedo },
-            leaves: Some(hit.surface),
-        })
+    /// The nearest light that a ray meets, and how far away it is, were there nothing else.
+    pub(crate) fn closest_light(&self, ray: &Ray) -> Option<(usize, f64)> {
+        let mut best: Option<(usize, f64)> = None;
+        for (index, light) in self.model.lights.iter().enumerate() {
+            if let Some(distance) = light.hit(ray, self.bodies.ray_start)
+                && best.is_none_or(|(_, least)| distance < least)
+            {
+                best = Some((index, distance));
+            }
+        }
+        best
     }
 
-    /// Radiance emitted against a ray by the light that it hits.
-    pub(crate) fn emitted(&self, ray: &Ray, hit: &Hit) -> Vec3 {
-        self.model.lights[(hit.surface - self.first_light()) as usize].emitted(&ray.direction)
+    /// What is at a hit.
+    pub(crate) fn surface(&self, ray: &Ray, hit: &Hit) -> Surface<'a> {
+        let point = hit.point(ray);
+        let Some(plane) = hit.surface.checked_sub(self.bodies.count()) else {
+            return self.bodies.surface(hit.surface, point, ray);
+        };
+        let Some(shape) = self.model.planes.get(plane as usize) else {
+            return Surface::Light((hit.surface - self.first_light()) as usize);
+        };
+        let look = &self.model.looks[shape.look as usize];
+        if let Some(emitted) = look.emitted {
+            return Surface::Emitter(emitted);
+        }
+        let odd = || (square(point.dot(&shape.axes[0])) ^ square(point.dot(&shape.axes[1]))) & 1 == 1;
+        let bsdf = match &look.checker {
+            Some(checker) if odd() => checker,
+            _ => &look.bsdf,
+        };
+        let normal = plane::facing_normal(&shape.normal, &ray.direction);
+        Surface::Scattering(Vertex { point, normal, bsdf, leaves: Some(hit.surface) })
     }
 }
 
@@ -230,7 +245,7 @@ fn square(coordinate: f64) -> i64 {
     towards_zero - i64::from((towards_zero as f64) > coordinate)
 }
 
-impl Bodies<'_> {
+impl<'a> Bodies<'a> {
     /// All bodies but planes.
     pub(crate) fn count(&self) -> u32 {
         (self.rings.len() + self.sphere_centres.len() + self.solids.len()) as u32
@@ -263,7 +278,7 @@ impl Bodies<'_> {
         sphere::ray_sphere(&ray.origin, &ray.direction, centre, radius, self.ray_start)
     }
 
-    fn vertex(&self, body: u32, point: Vec3, ray: &Ray) -> Vertex {
+    fn surface(&self, body: u32, point: Vec3, ray: &Ray) -> Surface<'a> {
         let index = body as usize;
         let (outward, look, bulges) = if let Some(ring) = self.rings.get(index) {
             let local = ring.local(&(point - ring.centre));
@@ -280,13 +295,17 @@ impl Bodies<'_> {
             let (outward, bulges) = self.solids[solid].outward(shape, &point);
             (outward, *look, bulges)
         };
+        let look = &self.model.looks[look as usize];
+        if let Some(emitted) = look.emitted {
+            return Surface::Emitter(emitted);
+        }
         let from_outside = outward.dot(&ray.direction) <= 0.0;
-        Vertex {
+        Surface::Scattering(Vertex {
             point,
             normal: if from_outside { outward } else { -outward },
-            albedo: self.model.looks[look as usize].albedo,
+            bsdf: &look.bsdf,
             leaves: (from_outside && bulges).then_some(body),
-        }
+        })
     }
 
     /// Boxes around all bodies, by number.

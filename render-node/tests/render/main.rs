@@ -1,9 +1,12 @@
 //! Tests of the renderer's core: is the light right, is the nearest surface found, are the bits the same?
 
+mod bsdfs;
 mod determinism;
 mod edges;
+mod film;
 mod hits;
 mod light;
+mod mis;
 mod picture;
 mod solids;
 mod staging;
