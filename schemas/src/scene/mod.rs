@@ -133,6 +133,11 @@ pub struct Method {
     /// What is done about a step in which a body could pass through another.
     #[serde(skip_serializing_if = "OnRisk::is_stop")]
     pub on_risk: OnRisk,
+    /// How far two rings' wires press into each other at most, as a share of both wires' radii together; from
+    /// 1e-6 to 1. The bound on the time step is stated for it: deeper contacts are stiffer. A step record tells of
+    /// contacts that are deeper than the step allows.
+    #[serde(skip_serializing_if = "Method::is_default_stability_penetration")]
+    pub stability_penetration: f64,
     /// The law of contact.
     pub contact_law: ContactLaw,
     /// How the law `surface-integral` takes its integral.
@@ -150,6 +155,7 @@ impl Default for Method {
             tolerance: 1e-6,
             absolute_tolerance: 1e-9,
             on_risk: OnRisk::default(),
+            stability_penetration: 0.05,
             contact_law: ContactLaw::default(),
             surface: SurfaceIntegral::default(),
             broad_phase: BroadPhase::default(),
@@ -164,6 +170,10 @@ impl Method {
 
     fn is_default_absolute_tolerance(value: &f64) -> bool {
         *value == Method::default().absolute_tolerance
+    }
+
+    fn is_default_stability_penetration(value: &f64) -> bool {
+        *value == Method::default().stability_penetration
     }
 }
 
