@@ -16,6 +16,7 @@ mod forces;
 mod integrator;
 mod model;
 mod motion;
+mod name;
 mod narrow;
 pub mod node;
 mod overlap;

@@ -71,13 +71,8 @@ impl Records {
         if self.energy.is_some() {
             self.drive_work += scratch.drive_work_j;
         }
-        let mut penetration_m = 0.0;
         let contacts = scratch.evaluation.contacts(&scratch.moment);
-        for (_, _, contact) in &contacts {
-            if contact.penetration > penetration_m {
-                penetration_m = contact.penetration;
-            }
-        }
+        let (penetration_m, penetration_beyond_bound) = penetration(model, &contacts);
         StepRecord {
             step: state.step,
             sim_time_s: state.sim_time_s,
@@ -88,6 +83,7 @@ impl Records {
             contact_energy_j: contact_energy(model, state, scratch),
             dissipated_energy_j: state.dissipated_energy_j,
             penetration_m,
+            penetration_beyond_bound,
             error_estimate_m: (audited && model.estimates_error())
                 .then(|| estimate::step_error(model, state)),
             drive_work_j: (!model.driven().is_empty()).then_some(scratch.drive_work_j + 0.0),
@@ -158,6 +154,26 @@ impl Records {
         let forces = Hash::of(bytes).short();
         StageHashes { candidate_pairs, contacts, forces, state: state_hash.short() }
     }
+}
+
+/// The deepest contact (m); and the deepest of two rings as a share of both wires, where the time step's bound does
+/// not cover it.
+fn penetration(model: &Model, contacts: &[(u32, u32, Contact)]) -> (f64, Option<f64>) {
+    let (mut deepest, mut share) = (0.0, model.covered_penetration());
+    let mut beyond = None;
+    for &(a, b, contact) in contacts {
+        if contact.penetration > deepest {
+            deepest = contact.penetration;
+        }
+        if (b as usize) < model.ring_count() && share.is_finite() {
+            let wires = model.bodies()[a as usize].minor_radius + model.bodies()[b as usize].minor_radius;
+            if contact.penetration > share * wires {
+                share = contact.penetration / wires;
+                beyond = Some(share);
+            }
+        }
+    }
+    (deepest, beyond)
 }
 
 fn put_pair(bytes: &mut Vec<u8>, a: u32, b: u32) {

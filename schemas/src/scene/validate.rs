@@ -127,6 +127,11 @@ impl Scene {
         if !(1e-13..=0.1).contains(&tolerance) {
             return Err(refuse_number("method.tolerance", tolerance, "a number from 1e-13 to 0.1"));
         }
+        let penetration = self.method.stability_penetration;
+        if !(1e-6..=1.0).contains(&penetration) {
+            let expected = "a share of the wires from 1e-6 to 1 (0.05 unless said otherwise)";
+            return Err(refuse_number("method.stability_penetration", penetration, expected));
+        }
         positive("method.absolute_tolerance", self.method.absolute_tolerance)
     }
 

@@ -2,6 +2,7 @@
 //!
 //! Tolerances are derived beside the assertions; `cargo test -- --nocapture` prints what was measured.
 
+mod blow_up;
 mod bounce;
 mod broad;
 mod conservation;
@@ -21,6 +22,7 @@ mod samplers;
 mod scenes;
 mod sheet;
 mod solids;
+mod stability;
 mod steps;
 mod support;
 mod surfaces;
