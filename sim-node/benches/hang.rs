@@ -11,15 +11,17 @@ use sim_node::{Model, Records, Scratch, State, audit, evaluate, step};
 use std::time::{Duration, Instant};
 
 /// Time step (s), line stiffness (N/m^2), damping (s/m), penetration for which the bound is stated.
-const CASES: [(f64, f64, f64, f64); 8] = [
+const CASES: [(f64, f64, f64, f64); 10] = [
     (5e-4, 1.4e6, 0.3, 0.05),
     (5e-4, 1.4e6, 3.0, 0.05),
-    (5e-4, 3e6, 3.0, 0.03),
+    (5e-4, 3e6, 3.0, 0.0125),
     (5e-4, 5e6, 3.0, 0.004),
-    (5e-4, 3e6, 0.5, 0.015),
     (4e-4, 3e6, 0.5, 0.03),
+    (4e-4, 3e6, 3.0, 0.03),
     (4e-4, 5e6, 0.5, 0.01),
     (4e-4, 5e6, 3.0, 0.01),
+    (3e-4, 5e6, 3.0, 0.03),
+    (2.5e-4, 5e6, 3.0, 0.05),
 ];
 
 fn scene(time_step_s: f64, stiffness: f64, damping: f64, penetration: f64) -> Scene {
@@ -63,7 +65,10 @@ fn run((time_step_s, stiffness, damping, penetration): (f64, f64, f64, f64)) {
     evaluate(&model, &state, &mut scratch);
     let mut record = records.record(&model, &state, &scratch);
     let energy = |record: &schemas::step::StepRecord| {
-        record.kinetic_energy_j + record.gravity_energy_j + record.contact_energy_j + record.dissipated_energy_j
+        record.kinetic_energy_j
+            + record.gravity_energy_j
+            + record.contact_energy_j
+            + record.dissipated_energy_j
     };
     let (start, gravity) = (energy(&record), record.gravity_energy_j);
     let (mut deepest, mut beyond, mut drift, mut released): (f64, u64, f64, f64) = (0.0, 0, 0.0, 0.0);
