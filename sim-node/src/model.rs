@@ -149,8 +149,8 @@ impl Model {
         if !integrator.is_implicit() {
             return Ok(());
         }
-        if self.contact_law() != ContactLaw::CentrelineArc {
-            return refused("contact law but centreline-arc");
+        if self.contact_law() == ContactLaw::SurfaceIntegral {
+            return refused("contact law but centreline-arc and centreline-minima");
         }
         if self.round_count() < self.body_count() {
             return refused("bodies but rings, spheres and planes");

@@ -19,7 +19,7 @@
 //!
 //! # Limits
 //! Angular momentum with `verlet` and without drag only: a Runge-Kutta method keeps it to its order, not to rounding.
-//! `backward-euler` keeps momentum to its equations' residual and is not audited.
+//! Implicit methods keep momentum to their equations' residual and are not audited.
 
 use crate::body::Body;
 use crate::contact::Contact;

@@ -50,7 +50,7 @@ impl Scratch {
         let circle =
             Circle { centre: Vec3::zeros(), u: Vec3::x(), w: Vec3::y(), normal: Vec3::z(), radius: 0.0 };
         let stages = match model.integrator() {
-            Integrator::Verlet | Integrator::BackwardEuler => 0,
+            Integrator::Verlet | Integrator::BackwardEuler | Integrator::EnergyDecaying => 0,
             Integrator::Rk4 => rk4::TABLEAU.rows.len(),
             Integrator::Dopri5 => dopri5::TABLEAU.rows.len(),
         };

@@ -181,7 +181,7 @@ pub(crate) fn bound(scene: &Scene, model: &Model) -> Bound {
             Integrator::Verlet => 2.0 / sum.frequency(),
             Integrator::Rk4 => RK4_RADIUS / (fastest(sum) + drag_rate),
             // Inner steps find their own length; implicit ones have no bound.
-            Integrator::Dopri5 | Integrator::BackwardEuler => f64::INFINITY,
+            Integrator::Dopri5 | Integrator::BackwardEuler | Integrator::EnergyDecaying => f64::INFINITY,
         };
         if index < model.ring_count() && model.ring_count() > 2 {
             let mut lying = *sum;

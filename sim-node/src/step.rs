@@ -132,7 +132,7 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -
         Integrator::Verlet => return Ok(advance_verlet(model, state, scratch)),
         Integrator::Rk4 => rk4::advance(model, state, scratch),
         Integrator::Dopri5 => dopri5::advance(model, state, scratch)?,
-        Integrator::BackwardEuler => implicit::advance(model, state, scratch)?,
+        Integrator::BackwardEuler | Integrator::EnergyDecaying => implicit::advance(model, state, scratch)?,
     }
     Ok(false)
 }
