@@ -37,6 +37,7 @@ pub struct Model {
     driven: Vec<Driven>,
     records_reactions: bool,
     linked_pairs: Vec<(u32, u32)>,
+    holders: Vec<u32>,
     gravity: Vec3,
     time: Time,
     method: scene::Method,
@@ -226,6 +227,7 @@ impl Model {
             driven,
             records_reactions: scene.record.reactions,
             linked_pairs: Vec::new(),
+            holders: (0..).zip(&bodies).filter(|(_, body)| body.pinned).map(|(number, _)| number).collect(),
             gravity: Vec3::from(gravity_m_per_s2),
             time: scene.time.clone(),
             method: scene.method.clone(),
@@ -300,6 +302,11 @@ impl Model {
     /// The pairs of rings that are linked at the start, in order.
     pub fn linked_pairs(&self) -> &[(u32, u32)] {
         &self.linked_pairs
+    }
+
+    /// The bodies that no force moves, pinned or driven, in order.
+    pub(crate) fn holders(&self) -> &[u32] {
+        &self.holders
     }
 
     /// Acceleration of gravity (m/s^2), World.
