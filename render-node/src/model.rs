@@ -328,6 +328,9 @@ fn plan(scene: &Scene, lit: usize, suns: usize) -> Plan {
         let reason = format!("bounces_max is more than roulette_after, which is {}", render.roulette_after);
         plan.push("light/roulette", true, reason);
     }
+    if let Some(most) = render.indirect_max {
+        plan.push("light/cut", true, format!("indirect_max is {most:?}: the mean is not that of all light"));
+    }
     if render.camera.lens_radius_m > 0.0 {
         plan.push("camera/lens", true, format!("lens_radius_m is {:?}", render.camera.lens_radius_m));
     }

@@ -1,5 +1,6 @@
 //! The path tracer: what light comes back along a ray.
 
+use crate::film::luminance;
 use crate::model::{RenderModel, Shining};
 use crate::ray::{Ray, Vertex};
 use crate::sampler::Sampler;
@@ -46,14 +47,17 @@ impl PathTracer<'_> {
         for bounce in 0..=bounces_max {
             self.rays += 1;
             let Some(hit) = self.world.closest(&ray) else {
-                return radiance + throughput.component_mul(&self.sky_met(&ray, bsdf_pdf));
+                let light = throughput.component_mul(&self.sky_met(&ray, bsdf_pdf));
+                return radiance + self.cut(light, bounce);
             };
             let vertex = match self.world.surface(&ray, &hit) {
                 Surface::Scattering(vertex) => vertex,
-                Surface::Emitter(emitted) => return radiance + throughput.component_mul(&emitted),
+                Surface::Emitter(emitted) => {
+                    return radiance + self.cut(throughput.component_mul(&emitted), bounce);
+                }
                 Surface::Light(light) => {
                     let emitted = self.light_met(light, &ray, hit.distance, bsdf_pdf);
-                    return radiance + throughput.component_mul(&emitted);
+                    return radiance + self.cut(throughput.component_mul(&emitted), bounce);
                 }
             };
             let frame = Frame::about(&vertex.normal);
@@ -61,7 +65,7 @@ impl PathTracer<'_> {
             let dimensions = PAIRS_OF_A_BOUNCE * bounce as usize;
             if self.model.features.lights && !vertex.bsdf.is_mirror() {
                 let light = self.light_asked(&vertex, &frame, &wo, sampler.pair(dimensions + LIGHT_PAIR));
-                radiance += throughput.component_mul(&light);
+                radiance += self.cut(throughput.component_mul(&light), bounce + 1);
             }
             let Some(sample) = vertex.bsdf.sample(&wo, sampler.pair(dimensions + BSDF_PAIR)) else {
                 return radiance;
@@ -81,7 +85,21 @@ impl PathTracer<'_> {
             bsdf_pdf = sample.pdf;
             ray = vertex.leave(frame.world(&sample.wi));
         }
-        radiance + throughput.component_mul(&self.last_light(&ray, bsdf_pdf))
+        let light = throughput.component_mul(&self.last_light(&ray, bsdf_pdf));
+        radiance + self.cut(light, bounces_max.saturating_add(1))
+    }
+
+    /// Light that comes after so many reflections, cut down to `indirect_max` after more than one.
+    #[inline]
+    fn cut(&self, light: Vec3, reflections: u32) -> Vec3 {
+        match self.model.render.indirect_max {
+            Some(most) if reflections > 1 => {
+                let luminance = luminance(&light);
+                // A number that is not finite goes on, to be counted and named.
+                if luminance > most && luminance.is_finite() { light * (most / luminance) } else { light }
+            }
+            _ => light,
+        }
     }
 
     /// Light that the surface at a vertex sends along `wo` from one light, chosen at random, that stands for all.

@@ -9,6 +9,7 @@ mod hits;
 mod light;
 mod mis;
 mod picture;
+mod reference;
 mod sky;
 mod solids;
 mod staging;

@@ -55,14 +55,14 @@ fn patches() -> EnvironmentMap {
 
 #[test]
 fn sun_over_a_plane() {
-    for (radius, x, z) in [(0.00465, 0.0, 1.0), (0.2, 1.0, 1.0), (1e-6, -2.0, 1.0), (0.5, 0.3, 1.0)] {
+    for (radius, x, z) in [(0.00465, 0.0, 1.0), (0.2, 1.0, 1.0), (1e-6, -2.0, 1.0), (0.5, 0.3, 1.0_f64)] {
         let film = point(
             &format!(
                 "{GREY}render.light = [{{ shape = 'sun', direction = [{x}, 0, {z}], angular_radius_rad = {radius}, irradiance = [5, 4, 3] }}]"
             ),
             None,
         );
-        let cosine = z / (x * x + z * z as f64).sqrt();
+        let cosine = z / (x * x + z * z).sqrt();
         for (channel, irradiance) in [5.0, 4.0, 3.0].into_iter().enumerate() {
             let (mean, error) = mean_and_error(&film, channel);
             // The irradiance of a disc above the horizon goes with the cosine of its middle, exactly.

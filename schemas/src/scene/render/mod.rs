@@ -52,6 +52,10 @@ pub struct Render {
     /// Reflections after which a path goes on only with the probability of its throughput (Russian roulette).
     #[serde(skip_serializing_if = "is_default_roulette")]
     pub roulette_after: u32,
+    /// Light that a path brings after its first reflection is cut down to this luminance. It takes the bright specks away that
+    /// metal throws at diffuse surfaces, and some of the light with them: the mean is too dark there. Without it nothing is cut.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub indirect_max: Option<f64>,
     /// How light from lights is found; the mean of many samples does not depend on it.
     #[serde(skip_serializing_if = "is_default")]
     pub direct_light: DirectLight,
@@ -101,6 +105,7 @@ impl Default for Render {
             filter: Filter::default(),
             bounces_max: 2,
             roulette_after: ROULETTE_AFTER,
+            indirect_max: None,
             direct_light: DirectLight::default(),
             exposure: 1.0,
             tone_mapping: ToneMapping::default(),

@@ -63,6 +63,7 @@ fn validate_film(render: &Render) -> Result<(), SceneError> {
         ));
     }
     render.colouring.max.map_or(Ok(()), |max| positive("render.colouring.max", max))?;
+    render.indirect_max.map_or(Ok(()), |most| positive("render.indirect_max", most))?;
     let radius = render.filter.radius_px;
     if !(radius > 0.0 && radius <= 16.0) {
         return Err(refuse_number("render.filter.radius_px", radius, "more than 0 and at most 16 pixels"));
