@@ -24,6 +24,13 @@ impl Stream {
         self.0.set_stream(stream);
     }
 
+    /// Goes to the first word of one of the 2^32 parts of a stream, each of 2^33 words.
+    pub fn go_to_part(&mut self, stream: u64, part: u32) {
+        // The position first: a new stream number keeps it.
+        self.0.set_word_pos(u128::from(part) << 33);
+        self.0.set_stream(stream);
+    }
+
     /// The number of the stream that words come from; 0 at first.
     pub fn number(&self) -> u64 {
         self.0.get_stream()
@@ -66,6 +73,24 @@ mod tests {
         ] {
             assert_ne!(first, other);
         }
+    }
+
+    /// Parts differ from each other, do not depend on what was drawn before, and the first is the stream's begin.
+    #[test]
+    fn parts_are_a_function_of_their_number() {
+        let mut stream = Stream::new(1, 2, b"0123456789abcdef");
+        let mut words = |number, part| {
+            stream.go_to_part(number, part);
+            [stream.word(), stream.word()]
+        };
+        let first = words(3, 5);
+        assert_ne!(first, words(3, 6));
+        assert_ne!(first, words(4, 5));
+        assert_ne!(words(3, u32::MAX), words(3, u32::MAX - 1));
+        assert_eq!(first, words(3, 5));
+        let begin = words(3, 0);
+        stream.go_to(3);
+        assert_eq!(begin, [stream.word(), stream.word()]);
     }
 
     #[test]

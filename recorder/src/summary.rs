@@ -54,6 +54,8 @@ pub struct Summary {
     pub penetration_max_m: f64,
     /// The same as a share of the thinnest wire's diameter; `None` without rings.
     pub penetration_max_share: Option<f64>,
+    /// Contacts deeper than the bound on the time step covers; `None` without any.
+    pub beyond_bound: Option<BeyondBound>,
     /// Pairs of rings that were linked at the start; `None` without an audit.
     pub links: Option<u64>,
     /// How many were still linked at the last audit.
@@ -66,6 +68,17 @@ pub struct Summary {
     pub chained_hash: Hash,
     /// Whether every byte is as it was written.
     pub health: Health,
+}
+
+/// Where wires pressed deeper into each other than the bound on the time step covers.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct BeyondBound {
+    /// The first step with such a contact.
+    pub first_step: u64,
+    /// Steps with one.
+    pub steps: u64,
+    /// The deepest, as a share of both wires' radii together.
+    pub penetration_max_share: f64,
 }
 
 /// Energy at the start and at the end, and how well the account balances.
@@ -129,6 +142,7 @@ impl Summary {
             penetration_max_m: sums.penetration_max_m,
             penetration_max_share: wire_diameter_min_m(scene)
                 .map(|diameter| sums.penetration_max_m / diameter),
+            beyond_bound: sums.beyond_bound,
             links: sums.audit.map(|audit| audit.links),
             links_intact: sums.audit.map(|audit| audit.links_intact),
             gap_min_m: sums.gap_min_m,
@@ -151,6 +165,7 @@ struct Sums {
     energy: Option<Energy>,
     sim_time_s: f64,
     penetration_max_m: f64,
+    beyond_bound: Option<BeyondBound>,
     audit: Option<Audit>,
     gap_min_m: Option<f64>,
     chained_hash: Hash,
@@ -176,6 +191,12 @@ impl Sums {
         self.sim_time_s = step.sim_time_s;
         self.chained_hash = step.chained_hash;
         raise(&mut self.penetration_max_m, step.penetration_m);
+        if let Some(share) = step.penetration_beyond_bound {
+            let none = BeyondBound { first_step: step.step, steps: 0, penetration_max_share: 0.0 };
+            let beyond = self.beyond_bound.get_or_insert(none);
+            beyond.steps += 1;
+            raise(&mut beyond.penetration_max_share, share);
+        }
         if let Some(audit) = step.audit {
             self.audit = Some(audit);
             self.gap_min_m = match (self.gap_min_m, audit.gap_min_m) {
@@ -289,6 +310,16 @@ impl fmt::Display for Summary {
             "penetration",
             format!("{:.3e} m at most{}", self.penetration_max_m, share.unwrap_or_default()),
         )?;
+        if let Some(beyond) = &self.beyond_bound {
+            let text = format!(
+                "in {} steps from step {} on, wires pressed deeper into each other than the time step covers: up to \
+                 {:.3} %; take a smaller time.time_step_s or a stiffer material",
+                beyond.steps,
+                beyond.first_step,
+                100.0 * beyond.penetration_max_share
+            );
+            line("warning", text)?;
+        }
         if let (Some(links), Some(intact)) = (self.links, self.links_intact) {
             line("links", format!("{intact} of {links} intact"))?;
         }

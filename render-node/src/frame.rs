@@ -1,23 +1,41 @@
 //! One frame: tiles of pixels, handed out to threads as they become free.
 
-use crate::film::{Film, SamplePlace};
+use crate::camera::{self, Camera};
+use crate::film::{Film, PixelSums, SamplePlace, luminance};
 use crate::model::RenderModel;
-use crate::path::{PIXEL_PAIR, PathTracer, dimension_pairs};
+use crate::path::{LENS_PAIR, PIXEL_PAIR, PathTracer};
 use crate::sampler::Sampler;
+use crate::warp;
 use crate::world::{PoseError, World};
-use geometry::Vec3;
+use schemas::scene::render::{Filter, FilterShape};
 use schemas::state::BodyState;
 use std::num::NonZeroUsize;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 /// Width and height of a tile, in pixels: small enough to share work evenly, large enough to make handing out free.
 const TILE_PX: u32 = 16;
 /// Rays that a thread traces before it looks again whether the frame is still wanted: some hundredths of a second.
 const RAYS_BETWEEN_LOOKS: u64 = 1 << 17;
+/// Samples after which a pixel's noise is looked at, and as many as two of them first: an estimate from fewer is worth little.
+const NOISE_BATCH: u32 = 16;
+/// Share of white that is added to a pixel's luminance before its noise is compared with it.
+const NOISE_FLOOR: f64 = 0.01;
+
+/// What decides a frame's bits, besides model and bodies, and how many threads compute them.
+#[derive(Clone, Copy, Debug)]
+pub struct Job {
+    /// Number of the frame: it chooses the random numbers.
+    pub frame: u64,
+    /// The scene's seed.
+    pub seed: u64,
+    /// Threads; no bit depends on them.
+    pub threads: NonZeroUsize,
+}
 
 /// Renders one frame.
 ///
-/// `bodies` are the rings and then the spheres of a state, as in a state message. Each pixel has one owner, and its
+/// `bodies` are those of a state, as in a state message. Each pixel has one owner, and its
 /// samples are summed in their order, so the film does not depend on the number of threads.
 ///
 /// # Errors
@@ -30,7 +48,7 @@ pub fn render(
     seed: u64,
     threads: NonZeroUsize,
 ) -> Result<Film, PoseError> {
-    Ok(render_while(model, bodies, frame, seed, threads, &mut || true)?
+    Ok(render_while(model, bodies, &Job { frame, seed, threads }, &mut || true)?
         .expect("only a caller that says no ends a frame early"))
 }
 
@@ -42,23 +60,58 @@ pub fn render(
 pub fn render_while(
     model: &RenderModel,
     bodies: &[BodyState],
-    frame: u64,
-    seed: u64,
-    threads: NonZeroUsize,
+    job: &Job,
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Option<Film>, PoseError> {
-    let world = World::new(model, bodies)?;
-    let (width_px, height_px) = (model.render.width_px, model.render.height_px);
+    let (_, _, width_px, height_px) = model.part();
+    let film = Film::black(width_px, height_px);
+    add_samples(model, bodies, job, 0..model.render.samples_per_pixel, film, go_on)
+}
+
+/// Adds samples to a film that holds those before them: samples 0 to 64 and then 64 to 128 give the bits of samples 0 to
+/// 128. `None` if `go_on` said no.
+///
+/// # Errors
+///
+/// As [`render`].
+///
+/// # Panics
+///
+/// If the film is of another size.
+pub fn add_samples(
+    model: &RenderModel,
+    bodies: &[BodyState],
+    job: &Job,
+    samples: Range<u32>,
+    mut film: Film,
+    go_on: &mut dyn FnMut() -> bool,
+) -> Result<Option<Film>, PoseError> {
+    let time_s = model.frame_time(job.frame);
+    let moments = camera::moments(&model.render.camera, job.seed, job.frame).into_iter().map(|after_s| {
+        let world = if after_s == 0.0 {
+            World::new(model, bodies)?
+        } else {
+            World::new(model, &camera::moved(bodies, after_s))?
+        };
+        Ok((world, Camera::at(&model.render, time_s + after_s)))
+    });
+    let moments = moments.collect::<Result<Vec<_>, PoseError>>()?;
+    let (left, top, width_px, height_px) = model.part();
+    assert_eq!((film.width_px, film.height_px), (width_px, height_px), "the film is of another size");
     let columns = width_px.div_ceil(TILE_PX);
     let tiles = columns * height_px.div_ceil(TILE_PX);
     let next = AtomicU32::new(0);
     let given_up = AtomicBool::new(false);
+    let earlier = &film;
     let work = |go_on: Option<&mut dyn FnMut() -> bool>| {
         let mut worker = Worker {
             model,
-            tracer: PathTracer { model, world: &world, rays: 0 },
-            sampler: Sampler::new(seed, frame, dimension_pairs(model.render.bounces_max)),
+            moments: &moments,
+            tracer: PathTracer { model, world: &moments[0].0, rays: 0 },
+            sampler: Sampler::new(job.seed, job.frame, model.render.sampler),
             watch: Watch { go_on, given_up: &given_up, rays_asked: 0 },
+            samples: samples.clone(),
+            origin: (left, top),
         };
         let mut done = Vec::new();
         loop {
@@ -66,7 +119,8 @@ pub fn render_while(
             if tile >= tiles {
                 return done;
             }
-            match worker.render_tile((tile % columns * TILE_PX, tile / columns * TILE_PX)) {
+            let corner = (tile % columns * TILE_PX, tile / columns * TILE_PX);
+            match worker.render_tile(corner, earlier) {
                 Some(tile) => done.push(tile),
                 None => return done,
             }
@@ -74,7 +128,7 @@ pub fn render_while(
     };
     let done = std::thread::scope(|scope| {
         let others: Vec<_> =
-            (1..threads.get().min(tiles as usize)).map(|_| scope.spawn(|| work(None))).collect();
+            (1..job.threads.get().min(tiles as usize)).map(|_| scope.spawn(|| work(None))).collect();
         let mut done = work(Some(go_on));
         for other in others {
             done.extend(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
@@ -84,25 +138,32 @@ pub fn render_while(
     if done.len() < tiles as usize {
         return Ok(None);
     }
-    let mut film = Film {
-        width_px,
-        height_px,
-        rgb: vec![[0.0; 3]; width_px as usize * height_px as usize],
-        rays: 0,
-        non_finite_samples: 0,
-        first_non_finite: None,
-    };
     // Tiles arrive in any order; nothing below depends on it.
     done.iter().for_each(|tile| tile.put(&mut film));
     Ok(Some(film))
 }
 
+/// Where in the picture a sample of a pixel looks, from the pixel's middle, in pixels.
+fn filter_offset(filter: &Filter, square: (f64, f64)) -> (f64, f64) {
+    let (x, y) = match filter.shape {
+        FilterShape::Box => (2.0 * square.0 - 1.0, 2.0 * square.1 - 1.0),
+        FilterShape::Tent => (warp::tent(square.0), warp::tent(square.1)),
+        FilterShape::Gaussian => warp::gaussian_disc(square),
+    };
+    (filter.radius_px * x, filter.radius_px * y)
+}
+
 /// What one thread needs to render tiles.
 struct Worker<'a, 'b> {
     model: &'a RenderModel,
+    /// What there is to see at each moment of the open shutter, and from where.
+    moments: &'a [(World<'a>, Camera)],
     tracer: PathTracer<'a>,
     sampler: Sampler,
     watch: Watch<'a, 'b>,
+    samples: Range<u32>,
+    /// Column and row of the whole picture where the film begins.
+    origin: (u32, u32),
 }
 
 /// Looks now and then whether the frame is still wanted.
@@ -128,52 +189,71 @@ impl Watch<'_, '_> {
 }
 
 impl Worker<'_, '_> {
-    /// Renders the tile with this top left corner; `None` if the frame was given up.
-    fn render_tile(&mut self, corner: (u32, u32)) -> Option<Tile> {
-        let render = &self.model.render;
-        let width = TILE_PX.min(render.width_px - corner.0);
-        let height = TILE_PX.min(render.height_px - corner.1);
+    /// Renders the tile with this top left corner on the film; `None` if the frame was given up.
+    fn render_tile(&mut self, corner: (u32, u32), earlier: &Film) -> Option<Tile> {
+        let width = TILE_PX.min(earlier.width_px - corner.0);
+        let height = TILE_PX.min(earlier.height_px - corner.1);
         let rays_before = self.tracer.rays;
         let mut tile = Tile {
             corner,
             width,
-            rgb: Vec::with_capacity(width as usize * height as usize),
+            sums: Vec::with_capacity(width as usize * height as usize),
             rays: 0,
             non_finite_samples: 0,
             first_non_finite: None,
         };
         for y_px in corner.1..corner.1 + height {
             for x_px in corner.0..corner.0 + width {
-                let mean = self.render_pixel(x_px, y_px, &mut tile)?;
-                tile.rgb.push([mean.x, mean.y, mean.z]);
+                let sums = earlier.sums[y_px as usize * earlier.width_px as usize + x_px as usize];
+                let place = (self.origin.0 + x_px, self.origin.1 + y_px);
+                let sums = self.render_pixel(place, sums, &mut tile)?;
+                tile.sums.push(sums);
             }
         }
         tile.rays = self.tracer.rays - rays_before;
         Some(tile)
     }
 
-    /// The mean of a pixel's finite samples; the others are counted in the tile.
-    fn render_pixel(&mut self, x_px: u32, y_px: u32, tile: &mut Tile) -> Option<Vec3> {
-        let pixel = u64::from(y_px) * u64::from(self.model.render.width_px) + u64::from(x_px);
-        let mut sum = Vec3::zeros();
-        let mut count = 0_u32;
-        for sample in 0..self.model.render.samples_per_pixel {
+    /// Adds samples to a pixel of the whole picture; those that are not finite are counted in the tile.
+    fn render_pixel(
+        &mut self,
+        (x_px, y_px): (u32, u32),
+        mut sums: PixelSums,
+        tile: &mut Tile,
+    ) -> Option<PixelSums> {
+        let render = &self.model.render;
+        let pixel = u64::from(y_px) * u64::from(render.width_px) + u64::from(x_px);
+        for sample in self.samples.clone() {
             if self.watch.given_up(self.tracer.rays) {
                 return None;
             }
+            if sample.is_multiple_of(NOISE_BATCH) && sample > NOISE_BATCH && self.is_quiet(&sums) {
+                break;
+            }
             self.sampler.start(pixel, sample);
-            let (u, v) = self.sampler.pair(PIXEL_PAIR);
-            let ray = self.model.camera.ray(f64::from(x_px) + u, f64::from(y_px) + v);
-            let radiance = self.tracer.radiance(ray, &self.sampler);
+            let (x, y) = filter_offset(&render.filter, self.sampler.pair(PIXEL_PAIR));
+            let (world, camera) = &self.moments[sample as usize % self.moments.len()];
+            self.tracer.world = world;
+            let lens = || self.sampler.pair(LENS_PAIR);
+            let ray = camera.ray(f64::from(x_px) + 0.5 + x, f64::from(y_px) + 0.5 + y, lens);
+            let radiance = self.tracer.radiance(ray, &mut self.sampler);
             if radiance.iter().all(|channel| channel.is_finite()) {
-                sum += radiance;
-                count += 1;
+                sums.add(&radiance);
             } else {
                 tile.non_finite_samples += 1;
                 tile.first_non_finite = tile.first_non_finite.or(Some(SamplePlace { y_px, x_px, sample }));
             }
         }
-        Some(if count > 0 { sum / f64::from(count) } else { sum })
+        Some(sums)
+    }
+}
+
+impl Worker<'_, '_> {
+    /// Whether the picture asks for no less noise than the pixel has.
+    fn is_quiet(&self, sums: &PixelSums) -> bool {
+        let Some(share) = self.model.render.noise_max else { return false };
+        let allowed = share * (luminance(&sums.mean()) + NOISE_FLOOR / self.model.render.exposure);
+        sums.variance() <= allowed * allowed
     }
 }
 
@@ -181,7 +261,7 @@ impl Worker<'_, '_> {
 struct Tile {
     corner: (u32, u32),
     width: u32,
-    rgb: Vec<[f64; 3]>,
+    sums: Vec<PixelSums>,
     rays: u64,
     non_finite_samples: u64,
     first_non_finite: Option<SamplePlace>,
@@ -189,9 +269,12 @@ struct Tile {
 
 impl Tile {
     fn put(&self, film: &mut Film) {
-        for (row, pixels) in self.rgb.chunks_exact(self.width as usize).enumerate() {
+        for (row, pixels) in self.sums.chunks_exact(self.width as usize).enumerate() {
             let start = (self.corner.1 as usize + row) * film.width_px as usize + self.corner.0 as usize;
-            film.rgb[start..start + pixels.len()].copy_from_slice(pixels);
+            film.sums[start..start + pixels.len()].copy_from_slice(pixels);
+            for (mean, sums) in film.rgb[start..].iter_mut().zip(pixels) {
+                *mean = sums.mean().into();
+            }
         }
         film.rays += self.rays;
         film.non_finite_samples += self.non_finite_samples;

@@ -29,7 +29,8 @@
 //! function, `PathTracer::radiance`. Rays are met exactly in `f64`; `f32` only culls, and wide of all rounding.
 //!
 //! # Limits
-//! Surfaces are Lambertian. Light reaches a surface from one area light a vertex, chosen uniformly, and from the sky. A ray
+//! Colours are red, green and blue, not spectra. A rough surface loses what would leave it after a second reflection. At each
+//! vertex one light, chosen uniformly, is asked for its light. A ray
 //! leaves a surface 1e-6 of the smallest radius away from it, so coordinates should stay below 1e8 of the smallest radius. A
 //! body that is 1e5 times farther away than the others are large costs time: nothing is culled any more.
 
@@ -38,6 +39,10 @@
 
 mod bvh;
 mod camera;
+mod colour;
+mod environment;
+mod exr_file;
+mod features;
 mod film;
 mod frame;
 mod lanes;
@@ -45,20 +50,27 @@ mod light;
 mod model;
 mod path;
 mod picture;
+mod radiance_file;
 mod ray;
 mod sampler;
 mod sieve;
 mod solids;
+mod tone;
 mod world;
 
+pub mod bsdf;
 pub mod node;
 pub mod warp;
 
-pub use film::{Film, SamplePlace};
-pub use frame::{render, render_while};
+pub use environment::{EnvironmentMap, MapError, MapSample};
+pub use exr_file::encode as exr_bytes;
+pub use features::{FeatureImages, film_channels};
+pub use film::{Film, PixelSums, SamplePlace, luminance};
+pub use frame::{Job, add_samples, render, render_while};
 pub use model::RenderModel;
 pub use picture::{png_bytes, srgb_bytes, srgb_code};
 pub use ray::Ray;
 pub use sampler::Sampler;
 pub use solids::initial_states;
+pub use tone::tone_map;
 pub use world::{Hit, PoseError, World};

@@ -1,26 +1,32 @@
 //! The second half of a scene, compiled: everything that no frame changes.
 
-use crate::camera::Camera;
-use crate::light::AreaLight;
+use crate::bsdf::Bsdf;
+use crate::environment::EnvironmentMap;
+use crate::light::{AreaLight, Environment, Sun};
 use crate::solids::SolidShape;
 use geometry::Vec3;
 use geometry::polynomial::SolidError;
 use schemas::plan::Plan;
 use schemas::scene::Scene;
-use schemas::scene::render::{Look, Render};
+use schemas::scene::render::{self, Render, UNLIMITED};
 
 /// What a scene looks like apart from the poses of its bodies. Immutable.
 #[derive(Clone, Debug)]
 pub struct RenderModel {
     /// The settings it was compiled from.
     pub(crate) render: Render,
-    pub(crate) camera: Camera,
+    /// How often frames are taken (1/s).
+    frames_per_second: f64,
     pub(crate) rings: Vec<RingShape>,
     pub(crate) spheres: Vec<SphereShape>,
     /// Capsules, boxes and polynomial bodies, with their looks.
     pub(crate) solids: Vec<(SolidShape, u32)>,
     pub(crate) planes: Vec<PlaneShape>,
     pub(crate) lights: Vec<AreaLight>,
+    pub(crate) suns: Vec<Sun>,
+    pub(crate) environment: Option<Environment>,
+    /// The lights that shine: each is asked for its light equally often.
+    pub(crate) shining: Vec<Shining>,
     pub(crate) sky: Sky,
     pub(crate) looks: Vec<CompiledLook>,
     pub(crate) features: Features,
@@ -29,12 +35,22 @@ pub struct RenderModel {
 /// Parts of the light transport that a scene may do without.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Features {
-    /// The last vertex of a path asks whether it sees the sky.
+    /// The last vertex of a path asks whether it sees the sky, a sun or the environment.
     pub sky: bool,
-    /// Vertices are lit by area lights.
-    pub area_lights: bool,
+    /// Vertices are lit by lights.
+    pub lights: bool,
+    /// Bodies or planes glow.
+    pub emitters: bool,
     /// Rays meet bodies.
     pub bodies: bool,
+}
+
+/// A light that can be asked for its light, by its number among those of its kind.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Shining {
+    Area(usize),
+    Sun(usize),
+    Environment,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -59,11 +75,12 @@ pub(crate) struct PlaneShape {
     pub look: u32,
 }
 
-/// Shares of light that a surface reflects, one for each colour of square.
-#[derive(Clone, Copy, Debug)]
+/// How a material scatters light, on each colour of square, and what it emits.
+#[derive(Clone, Debug)]
 pub(crate) struct CompiledLook {
-    pub albedo: Vec3,
-    pub checker_albedo: Vec3,
+    pub bsdf: Bsdf,
+    pub checker: Option<Bsdf>,
+    pub emitted: Option<Vec3>,
 }
 
 #[derive(Clone, Debug)]
@@ -135,19 +152,27 @@ impl RenderModel {
             PlaneShape { normal, offset: plane.offset_m, axes: checker_axes(&normal), look }
         });
         let planes = planes.collect::<Vec<_>>();
-        let lights: Vec<_> = render.lights.iter().map(AreaLight::new).collect();
-        let plan = plan(scene, &lights);
+        let lights: Vec<_> = render.lights.iter().filter_map(AreaLight::new).collect();
+        let suns: Vec<_> = render.lights.iter().filter_map(Sun::new).collect();
+        let lit = (0..lights.len()).filter(|&index| lights[index].is_lit()).map(Shining::Area);
+        let up = (0..suns.len()).filter(|&index| suns[index].radiance != Vec3::zeros()).map(Shining::Sun);
+        let (areas, discs) = (lit.clone().count(), up.clone().count());
+        let shining: Vec<_> = lit.chain(up).collect();
+        let plan = plan(scene, areas, discs);
         let horizon = Vec3::from(render.sky.horizon_radiance);
         let model = RenderModel {
-            camera: Camera::new(render),
+            frames_per_second: scene.time.frames_per_second,
             sky: Sky {
                 up: Vec3::from(render.sky.up).normalize(),
                 horizon,
                 rise: Vec3::from(render.sky.zenith_radiance) - horizon,
             },
             features: Features {
-                sky: everything || plan.needs("light/sky"),
-                area_lights: !lights.is_empty() && (everything || plan.needs("light/area")),
+                sky: everything
+                    || ["sky", "sun", "environment"].iter().any(|name| plan.needs(&format!("light/{name}"))),
+                lights: everything
+                    || ["area", "sun", "environment"].iter().any(|name| plan.needs(&format!("light/{name}"))),
+                emitters: everything || plan.needs("look/emitter"),
                 bodies: everything
                     || ["ring", "sphere", "capsule", "box", "polynomial"]
                         .iter()
@@ -159,14 +184,42 @@ impl RenderModel {
             solids,
             planes,
             lights,
+            suns,
+            environment: None,
+            shining,
             looks: looks.compiled,
         };
         Ok((model, plan))
     }
 
+    /// The same model with the picture that the scene's `render.environment` names.
+    ///
+    /// # Panics
+    ///
+    /// If the scene names none.
+    pub fn with_environment(mut self, map: EnvironmentMap) -> RenderModel {
+        let settings = self.render.environment.as_ref().expect("the scene has a render.environment");
+        let up = Vec3::from(self.render.sky.up).normalize();
+        self.environment = Some(Environment::new(settings, up, checker_axes(&up), map));
+        self.shining.push(Shining::Environment);
+        self
+    }
+
     /// The settings of the picture.
     pub fn settings(&self) -> &Render {
         &self.render
+    }
+
+    /// Simulated time of a frame (s).
+    pub(crate) fn frame_time(&self, frame: u64) -> f64 {
+        frame as f64 / self.frames_per_second
+    }
+
+    /// The part of the picture that is rendered: left, top, width and height in pixels.
+    pub(crate) fn part(&self) -> (u32, u32, u32, u32) {
+        let [left, top, width, height] =
+            self.render.crop_px.unwrap_or([0, 0, self.render.width_px, self.render.height_px]);
+        (left, top, width, height)
     }
 
     /// Number of moving bodies: all but planes.
@@ -203,11 +256,13 @@ impl<'a> Looks<'a> {
         if let Some(index) = self.names.iter().position(|known| known == name) {
             return index as u32;
         }
-        let Look { albedo, checker_albedo } = self.render.looks.get(name).cloned().unwrap_or_default();
+        let look = self.render.looks.get(name).cloned().unwrap_or_default();
         self.names.push(name.to_owned());
         self.compiled.push(CompiledLook {
-            albedo: Vec3::from(albedo),
-            checker_albedo: Vec3::from(checker_albedo.unwrap_or(albedo)),
+            bsdf: Bsdf::new(&look, look.albedo),
+            checker: look.checker_albedo.map(|albedo| Bsdf::new(&look, albedo)),
+            emitted: (look.bsdf == render::Bsdf::Emitter)
+                .then(|| Vec3::from(look.radiance.unwrap_or_default())),
         });
         (self.compiled.len() - 1) as u32
     }
@@ -223,7 +278,7 @@ fn checker_axes(normal: &Vec3) -> [Vec3; 2] {
     [first, normal.cross(&first)]
 }
 
-fn plan(scene: &Scene, lights: &[AreaLight]) -> Plan {
+fn plan(scene: &Scene, lit: usize, suns: usize) -> Plan {
     let render = &scene.render;
     let mut plan = Plan::default();
     let counted = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
@@ -246,17 +301,50 @@ fn plan(scene: &Scene, lights: &[AreaLight]) -> Plan {
             plan.push(&format!("shape/{name}"), true, reason);
         }
     }
-    let lit = lights.iter().filter(|light| light.is_lit()).count();
     plan.push(
         "light/area",
         lit > 0,
         format!("{} that shine{}", counted(lit, "light"), if lit == 1 { "s" } else { "" }),
     );
+    if suns > 0 {
+        plan.push("light/sun", true, counted(suns, "sun"));
+    }
     let sky = render.sky.zenith_radiance != [0.0; 3] || render.sky.horizon_radiance != [0.0; 3];
-    let reason = if sky { "its radiance is not zero" } else { "zenith and horizon are black" };
-    plan.push("light/sky", sky, reason);
+    if let Some(environment) = &render.environment {
+        plan.push("light/environment", true, format!("the map {}", environment.file));
+        plan.push("light/sky", false, "the environment map takes its place");
+    } else {
+        let reason = if sky { "its radiance is not zero" } else { "zenith and horizon are black" };
+        plan.push("light/sky", sky, reason);
+    }
     let bounces = render.bounces_max;
-    plan.push("light/indirect", bounces > 0, format!("bounces_max is {bounces}"));
+    let reason = match bounces {
+        UNLIMITED => "bounces_max is unlimited".to_owned(),
+        _ => format!("bounces_max is {bounces}"),
+    };
+    plan.push("light/indirect", bounces > 0, reason);
+    // What few scenes have is told of where it is.
+    if bounces > render.roulette_after {
+        let reason = format!("bounces_max is more than roulette_after, which is {}", render.roulette_after);
+        plan.push("light/roulette", true, reason);
+    }
+    if let Some(most) = render.indirect_max {
+        plan.push("light/cut", true, format!("indirect_max is {most:?}: the mean is not that of all light"));
+    }
+    if render.camera.lens_radius_m > 0.0 {
+        plan.push("camera/lens", true, format!("lens_radius_m is {:?}", render.camera.lens_radius_m));
+    }
+    if render.camera.shutter_s > 0.0 {
+        let (moments, seconds) = (render.camera.shutter_moments, render.camera.shutter_s);
+        plan.push("camera/shutter", true, format!("{moments} moments of {seconds:?} s"));
+    }
+    for bsdf in [render::Bsdf::Conductor, render::Bsdf::Plastic, render::Bsdf::Mirror, render::Bsdf::Emitter]
+    {
+        let named = |material: &&String| render.looks.get(*material).is_some_and(|look| look.bsdf == bsdf);
+        if let Some(material) = materials(scene).find(named) {
+            plan.push(&format!("look/{}", bsdf.name()), true, format!("the look of {material}"));
+        }
+    }
     let checkered = scene
         .planes
         .iter()
@@ -264,4 +352,14 @@ fn plan(scene: &Scene, lights: &[AreaLight]) -> Plan {
     let reason = if checkered { "a plane's look has a checker_albedo" } else { "no plane's look has one" };
     plan.push("look/checkerboard", checkered, reason);
     plan
+}
+
+/// The materials of all bodies and planes.
+fn materials(scene: &Scene) -> impl Iterator<Item = &String> {
+    let rings = scene.rings.iter().map(|ring| &ring.material);
+    let rings = rings.chain(scene.spheres.iter().map(|sphere| &sphere.material));
+    let rings = rings.chain(scene.capsules.iter().map(|capsule| &capsule.material));
+    let rings = rings.chain(scene.boxes.iter().map(|cuboid| &cuboid.material));
+    let rings = rings.chain(scene.polynomials.iter().map(|polynomial| &polynomial.material));
+    rings.chain(scene.planes.iter().map(|plane| &plane.material))
 }

@@ -1,5 +1,6 @@
 //! Where light travels: a ray, and the point of a surface where it turns.
 
+use crate::bsdf::Bsdf;
 use geometry::Vec3;
 
 /// A half line. World frame.
@@ -22,16 +23,16 @@ impl Ray {
 
 /// A point where a path is reflected.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Vertex {
+pub(crate) struct Vertex<'a> {
     pub point: Vec3,
     /// Unit normal on the side from which the path came.
     pub normal: Vec3,
-    pub albedo: Vec3,
+    pub bsdf: &'a Bsdf,
     /// The surface, if a ray that leaves it cannot meet it again.
     pub leaves: Option<u32>,
 }
 
-impl Vertex {
+impl Vertex<'_> {
     /// A ray from here.
     pub(crate) fn leave(&self, direction: Vec3) -> Ray {
         Ray { origin: self.point, direction, leaves: self.leaves }

@@ -1,61 +1,114 @@
 //! Random numbers as a pure function of (seed, frame, pixel, sample, dimension).
 //!
-//! Every pair of dimensions of a pixel is a point set of its own: the first two dimensions of the Sobol
-//! sequence, whose points fill the unit square evenly, shuffled and scrambled by three keys. The keys come
-//! from ChaCha8 (key: seed and frame, stream: pixel), so points of different pixels and pairs are independent,
-//! and each single point is uniform. Nothing is carried from pixel to pixel.
+//! The one thing to know: nothing is carried from pixel to pixel or from sample to sample, so a crop, a range of
+//! samples and any sharing out of the work use the very numbers of the whole picture.
 //!
-//! The points are made by the crate `random`, which names their source.
+//! `sobol`: every pair of dimensions of a pixel is a point set of its own: the first two dimensions of the Sobol
+//! sequence, whose points fill the unit square evenly, shuffled and scrambled by three keys. The keys come from ChaCha8
+//! (key: seed and frame, stream: pixel), so points of different pixels and pairs are independent, and each single point is
+//! uniform. `independent`: two ChaCha8 numbers for each sample and pair. Both are made by the crate `random`, which names
+//! their sources.
 
-use random::{Scrambled, Stream};
+use random::{Scrambled, Stream, unit};
+use schemas::scene::render;
 
 /// Separates these random numbers from those that other parts draw from the same seed.
 const PURPOSE: &[u8; 16] = b"chainmail render";
+/// The same for independent numbers.
+const PURPOSE_INDEPENDENT: &[u8; 16] = b"chainmail indep.";
 
-/// The random numbers of one pixel at a time.
+/// No more point sets than this are made before they are asked for: those of four bounces.
+const USUAL_MAX: usize = 16;
+
+/// The random numbers of one sample of one pixel at a time.
 #[derive(Clone, Debug)]
 pub struct Sampler {
     stream: Stream,
-    pairs: Vec<Scrambled>,
+    kind: render::Sampler,
+    pixel: Option<u64>,
     sample: u32,
+    /// The point sets of the pixel's pairs of dimensions, as far as they were made.
+    sets: Vec<Scrambled>,
+    /// How many are made for a new pixel at once: as many as some pixel before it needed. No number depends on it.
+    usual: usize,
+    /// The independent points of the sample's pairs of dimensions, as far as they were asked for.
+    points: Vec<(f64, f64)>,
 }
 
 impl Sampler {
-    /// A sampler of `pairs` pairs of dimensions.
-    pub fn new(seed: u64, frame: u64, pairs: usize) -> Sampler {
-        let stream = Stream::new(seed, frame, PURPOSE);
-        Sampler { stream, pairs: vec![Scrambled::default(); pairs], sample: 0 }
+    /// The random numbers of a frame.
+    pub fn new(seed: u64, frame: u64, kind: render::Sampler) -> Sampler {
+        let purpose = match kind {
+            render::Sampler::Sobol => PURPOSE,
+            render::Sampler::Independent => PURPOSE_INDEPENDENT,
+        };
+        let stream = Stream::new(seed, frame, purpose);
+        Sampler { stream, kind, pixel: None, sample: 0, sets: Vec::new(), usual: 0, points: Vec::new() }
     }
 
     /// Goes to a sample of a pixel; pixels are numbered row by row from the top left.
     pub fn start(&mut self, pixel: u64, sample: u32) {
-        if sample == 0 || self.stream.number() != pixel {
-            self.stream.go_to(pixel);
-            for points in &mut self.pairs {
-                *points = Scrambled::from_stream(&mut self.stream);
+        match self.kind {
+            render::Sampler::Sobol if self.pixel != Some(pixel) => {
+                self.stream.go_to(pixel);
+                self.sets.clear();
+                self.make_sets(self.usual);
+            }
+            render::Sampler::Sobol => {}
+            render::Sampler::Independent => {
+                self.stream.go_to_part(pixel, sample);
+                self.points.clear();
             }
         }
+        self.pixel = Some(pixel);
         self.sample = sample;
     }
 
     /// A point in the open unit square: the current sample's values of a pair of dimensions.
-    ///
-    /// # Panics
-    ///
-    /// If the sampler was made for fewer pairs.
-    #[inline]
-    pub fn pair(&self, pair: usize) -> (f64, f64) {
-        self.pairs[pair].point(self.sample)
+    #[inline(always)]
+    pub fn pair(&mut self, pair: usize) -> (f64, f64) {
+        match self.sets.get(pair) {
+            Some(set) => set.point(self.sample),
+            None => self.first_pair(pair),
+        }
+    }
+
+    /// The same where the pair's point set is not there yet, or is not what is asked for.
+    #[inline(never)]
+    fn first_pair(&mut self, pair: usize) -> (f64, f64) {
+        match self.kind {
+            render::Sampler::Sobol => {
+                self.make_sets(pair + 1);
+                if self.usual < self.sets.len() && self.sets.len() <= USUAL_MAX {
+                    self.usual = self.sets.len();
+                }
+                self.sets[pair].point(self.sample)
+            }
+            render::Sampler::Independent => {
+                while self.points.len() <= pair {
+                    self.points.push((unit(self.stream.word()), unit(self.stream.word())));
+                }
+                self.points[pair]
+            }
+        }
+    }
+
+    /// Makes point sets up to a count; words are drawn in the order of pairs, whichever is asked for first.
+    fn make_sets(&mut self, count: usize) {
+        while self.sets.len() < count {
+            self.sets.push(Scrambled::from_stream(&mut self.stream));
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use render::Sampler::{Independent, Sobol};
 
     #[test]
     fn sixteen_samples_fill_every_elementary_box() {
-        let mut sampler = Sampler::new(1, 2, 3);
+        let mut sampler = Sampler::new(1, 2, Sobol);
         for pixel in 0..20 {
             for (columns, rows) in [(16, 1), (8, 2), (4, 4), (2, 8), (1, 16)] {
                 let mut filled = [false; 16];
@@ -71,16 +124,22 @@ mod tests {
 
     #[test]
     fn a_sample_does_not_depend_on_those_before_it() {
-        let mut forward = Sampler::new(9, 0, 2);
-        let mut direct = Sampler::new(9, 0, 2);
-        for sample in 0..7 {
-            forward.start(5, sample);
+        for kind in [Sobol, Independent] {
+            let mut forward = Sampler::new(9, 0, kind);
+            let mut direct = Sampler::new(9, 0, kind);
+            for sample in 0..7 {
+                forward.start(5, sample);
+                forward.pair(sample as usize);
+            }
+            direct.start(5, 6);
+            // Neither does a pair on which was asked for first.
+            let last = direct.pair(40);
+            assert_eq!(forward.pair(1), direct.pair(1));
+            assert_eq!(forward.pair(40), last);
+            assert_ne!(forward.pair(0), direct.pair(1));
+            direct.start(4, 6);
+            assert_ne!(forward.pair(1), direct.pair(1));
         }
-        direct.start(5, 6);
-        assert_eq!(forward.pair(1), direct.pair(1));
-        assert_ne!(forward.pair(0), direct.pair(1));
-        direct.start(4, 6);
-        assert_ne!(forward.pair(1), direct.pair(1));
     }
 
     /// Chi-squared test that single samples are uniform over pixels, jointly in both dimensions and against
@@ -89,8 +148,10 @@ mod tests {
     #[test]
     fn every_sample_is_uniform_over_pixels() {
         let mut worst: f64 = 0.0;
-        for sample in [0, 1, 5, 31] {
-            let mut sampler = Sampler::new(77, 3, 2);
+        for (kind, sample) in
+            [(Sobol, 0), (Sobol, 1), (Sobol, 5), (Sobol, 31), (Independent, 0), (Independent, 31)]
+        {
+            let mut sampler = Sampler::new(77, 3, kind);
             let mut counts = [[0_u32; 256]; 3];
             for pixel in 0..25_600 {
                 sampler.start(pixel, sample);
@@ -107,6 +168,23 @@ mod tests {
         }
         println!("largest chi-squared {worst:.1}, limit 375");
         assert!(worst < 375.0, "{worst}");
+    }
+
+    /// The same for the samples of one pixel, which are independent of each other only with the one sampler.
+    #[test]
+    fn independent_samples_of_a_pixel_are_uniform_and_independent() {
+        let mut sampler = Sampler::new(78, 3, Independent);
+        let mut counts = [0_u32; 256];
+        let mut last = 0.5;
+        for sample in 0..25_600 {
+            sampler.start(123, sample);
+            let (x, _) = sampler.pair(3);
+            counts[(x * 16.0) as usize * 16 + (last * 16.0) as usize] += 1;
+            last = x;
+        }
+        let chi_squared: f64 = counts.iter().map(|&n| square(f64::from(n) - 100.0) / 100.0).sum();
+        println!("chi-squared {chi_squared:.1}, limit 375");
+        assert!(chi_squared < 375.0, "{chi_squared}");
     }
 
     fn square(x: f64) -> f64 {

@@ -1,4 +1,4 @@
-//! Directions from points of the unit square: turns of a circle, cosine-weighted hemisphere, cone.
+//! Directions and offsets from points of the unit square: turns of a circle, cosine-weighted hemisphere, cone, filters.
 
 use geometry::Vec3;
 
@@ -55,18 +55,61 @@ pub fn uniform_cone((u, v): (f64, f64), one_minus_cos_max: f64) -> Vec3 {
     Vec3::new(radius * cosine, radius * sine, 1.0 - below_one)
 }
 
-/// Turns a vector given in a frame whose z axis is the unit vector `axis` into the frame of `axis`.
-///
-/// # Source
-/// The other two axes: Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017, eq. 5 ff.
+/// Distance from the middle along one axis with the density of a tent of half base 1, from a number from 0 to 1.
 #[inline]
-pub fn about(axis: &Vec3, local: &Vec3) -> Vec3 {
-    let sign = 1.0_f64.copysign(axis.z);
-    let a = -1.0 / (sign + axis.z);
-    let b = axis.x * axis.y * a;
-    let first = Vec3::new(1.0 + sign * axis.x * axis.x * a, sign * b, -sign * axis.x);
-    let second = Vec3::new(b, sign + axis.y * axis.y * a, -axis.y);
-    first * local.x + second * local.y + axis * local.z
+pub fn tent(u: f64) -> f64 {
+    if u < 0.5 { (2.0 * u).sqrt() - 1.0 } else { 1.0 - (2.0 - 2.0 * u).sqrt() }
+}
+
+/// A point of the unit disc with the density of a Gaussian of standard deviation 1/2 that is cut off at the rim.
+#[inline]
+pub fn gaussian_disc((u, v): (f64, f64)) -> (f64, f64) {
+    // The squared radius is exponential of mean 2 sigma^2 = 1/2, cut off at 1.
+    let rim = libm::exp(-2.0);
+    let radius = (-0.5 * libm::log(1.0 - u * (1.0 - rim))).sqrt();
+    let (cosine, sine) = circle_point(v);
+    (radius * cosine, radius * sine)
+}
+
+/// A right-handed frame of unit vectors whose z axis is given.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame {
+    /// First axis.
+    pub x: Vec3,
+    /// Second axis.
+    pub y: Vec3,
+    /// The given axis.
+    pub z: Vec3,
+}
+
+impl Frame {
+    /// The frame of a unit vector.
+    ///
+    /// # Source
+    /// Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017, eq. 5 ff.
+    #[inline]
+    pub fn about(axis: &Vec3) -> Frame {
+        let sign = 1.0_f64.copysign(axis.z);
+        let a = -1.0 / (sign + axis.z);
+        let b = axis.x * axis.y * a;
+        Frame {
+            x: Vec3::new(1.0 + sign * axis.x * axis.x * a, sign * b, -sign * axis.x),
+            y: Vec3::new(b, sign + axis.y * axis.y * a, -axis.y),
+            z: *axis,
+        }
+    }
+
+    /// A vector of the frame in World.
+    #[inline]
+    pub fn world(&self, local: &Vec3) -> Vec3 {
+        self.x * local.x + self.y * local.y + self.z * local.z
+    }
+
+    /// A vector of World in the frame.
+    #[inline]
+    pub fn local(&self, world: &Vec3) -> Vec3 {
+        Vec3::new(self.x.dot(world), self.y.dot(world), self.z.dot(world))
+    }
 }
 
 #[cfg(test)]
@@ -95,9 +138,12 @@ mod tests {
     fn frames_are_orthonormal() {
         for axis in [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.6, 0.0, -0.8], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]] {
             let axis = Vec3::from(axis);
-            let [x, y, z] = [Vec3::x(), Vec3::y(), Vec3::z()].map(|local| about(&axis, &local));
+            let frame = Frame::about(&axis);
+            let [x, y, z] = [Vec3::x(), Vec3::y(), Vec3::z()].map(|local| frame.world(&local));
             assert_eq!(z, axis);
             assert!((x.cross(&y) - z).norm() < 1e-15 && x.dot(&y).abs() < 1e-15);
+            let there_and_back = frame.local(&frame.world(&Vec3::new(0.3, -0.5, 0.7)));
+            assert!((there_and_back - Vec3::new(0.3, -0.5, 0.7)).norm() < 1e-15);
         }
     }
 }

@@ -426,6 +426,24 @@ fn an_automatic_step_is_a_word_in_the_file_and_a_number_in_the_log() {
 }
 
 #[test]
+fn the_penetration_of_the_stability_bound_is_a_share_that_is_written_only_when_chosen() {
+    let plain = parse(&[]);
+    assert_eq!(plain.method.stability_penetration, 0.05);
+    assert!(!serde_json::to_string(&plain).expect("JSON").contains("stability_penetration"));
+    let chosen = parse(&["method.stability_penetration=0.02"]);
+    let text = serde_json::to_string(&chosen).expect("JSON");
+    assert!(text.contains("\"stability_penetration\":0.02"), "{text}");
+    assert_eq!(serde_json::from_str::<Scene>(&text).expect("its own JSON"), chosen);
+    for bad in ["0.0", "-0.01", "1.01", "nan", "inf"] {
+        let refused = error(SMALL, &[&format!("method.stability_penetration={bad}")]);
+        assert!(
+            refused.starts_with("method.stability_penetration = ") && refused.contains("0.05"),
+            "{refused}"
+        );
+    }
+}
+
+#[test]
 fn what_is_done_on_risk_and_the_error_estimate_are_written_only_when_chosen() {
     let plain = serde_json::to_string(&parse(&[])).expect("JSON");
     assert!(!plain.contains("on_risk") && !plain.contains("error_estimate") && !plain.contains("tolerance"));

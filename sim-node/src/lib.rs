@@ -15,7 +15,9 @@ mod estimate;
 mod forces;
 mod integrator;
 mod model;
+mod momentum;
 mod motion;
+mod name;
 mod narrow;
 pub mod node;
 mod overlap;
@@ -34,6 +36,7 @@ mod wrench;
 
 pub use body::{Body, Shape};
 pub use model::{BodyName, Compile, HalfSpace, Model, ModelError};
+pub use momentum::Unexplained;
 pub use record::{Records, audit, check_audit, mechanical_energy};
 pub use scratch::Scratch;
 pub use state::{State, StateMismatch};

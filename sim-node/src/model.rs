@@ -15,8 +15,8 @@ use schemas::scene::{
     SurfaceSampler, Time,
 };
 use schemas::state::BodyState;
-use std::fmt;
 
+pub use crate::name::BodyName;
 pub use crate::refusal::ModelError;
 
 /// A scene, compiled: constants of bodies and pairs of materials, the starting poses, the rings that are
@@ -37,6 +37,7 @@ pub struct Model {
     driven: Vec<Driven>,
     records_reactions: bool,
     linked_pairs: Vec<(u32, u32)>,
+    holders: Vec<u32>,
     gravity: Vec3,
     time: Time,
     method: scene::Method,
@@ -45,6 +46,7 @@ pub struct Model {
     broad_phase: Method,
     grid_radius: f64,
     largest_time_step_s: f64,
+    covered_penetration: f64,
     pub(crate) features: Features,
 }
 
@@ -56,37 +58,6 @@ pub struct HalfSpace {
     /// Signed distance of the surface from World's origin along the normal (m).
     pub offset: f64,
     pub(crate) material: u32,
-}
-
-/// A body, named as a person counts them in the scene: rings (woven ones first), spheres, capsules, boxes,
-/// polynomials and planes, each from 0.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum BodyName {
-    /// `ring N`.
-    Ring(usize),
-    /// `sphere N`.
-    Sphere(usize),
-    /// `capsule N`.
-    Capsule(usize),
-    /// `box N`.
-    Box(usize),
-    /// `polynomial N`.
-    Polynomial(usize),
-    /// `plane N`.
-    Plane(usize),
-}
-
-impl fmt::Display for BodyName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            BodyName::Ring(index) => write!(f, "ring {index}"),
-            BodyName::Sphere(index) => write!(f, "sphere {index}"),
-            BodyName::Capsule(index) => write!(f, "capsule {index}"),
-            BodyName::Box(index) => write!(f, "box {index}"),
-            BodyName::Polynomial(index) => write!(f, "polynomial {index}"),
-            BodyName::Plane(index) => write!(f, "plane {index}"),
-        }
-    }
 }
 
 /// How to compile a scene; the default is how runs do it.
@@ -137,7 +108,8 @@ impl Model {
         model.features = features;
         model.linked_pairs = overlap::check_and_find_links(&model)?;
         model.count_contacts();
-        let stability::Bound { largest_s, cause } = stability::bound(scene, &model);
+        let bound = stability::bound(scene, &model);
+        let largest_s = bound.largest_s;
         model.largest_time_step_s = largest_s;
         if scene.time.automatic {
             model = model.with_time_step(stability::automatic_step(&scene.time, largest_s));
@@ -146,9 +118,10 @@ impl Model {
         let time_step_s = model.time.time_step_s;
         let in_parts = model.method.on_risk == OnRisk::Subdivide;
         if time_step_s > largest_s && !how.beyond_stability_bound && !in_parts {
-            return Err(ModelError::TimeStep { time_step_s, largest_s, cause });
+            return Err(ModelError::TimeStep { time_step_s, largest_s, cause: bound.cause });
         }
-        plan::time_step(scene, largest_s, &cause, time_step_s, &mut plan);
+        model.covered_penetration = stability::covered_penetration(&model, largest_s);
+        plan::time_step(&model, scene.time.automatic, &bound, &mut plan);
         Ok((model, plan))
     }
 
@@ -176,8 +149,8 @@ impl Model {
         if !integrator.is_implicit() {
             return Ok(());
         }
-        if self.contact_law() != ContactLaw::CentrelineArc {
-            return refused("contact law but centreline-arc");
+        if self.contact_law() == ContactLaw::SurfaceIntegral {
+            return refused("contact law but centreline-arc and centreline-minima");
         }
         if self.round_count() < self.body_count() {
             return refused("bodies but rings, spheres and planes");
@@ -254,6 +227,7 @@ impl Model {
             driven,
             records_reactions: scene.record.reactions,
             linked_pairs: Vec::new(),
+            holders: (0..).zip(&bodies).filter(|(_, body)| body.pinned).map(|(number, _)| number).collect(),
             gravity: Vec3::from(gravity_m_per_s2),
             time: scene.time.clone(),
             method: scene.method.clone(),
@@ -262,6 +236,7 @@ impl Model {
             broad_phase: broad::choose(scene.method.broad_phase, bodies.len()).0,
             grid_radius,
             largest_time_step_s: f64::INFINITY,
+            covered_penetration: f64::INFINITY,
             features: Features::default(),
             bodies,
         })
@@ -329,6 +304,11 @@ impl Model {
         &self.linked_pairs
     }
 
+    /// The bodies that no force moves, pinned or driven, in order.
+    pub(crate) fn holders(&self) -> &[u32] {
+        &self.holders
+    }
+
     /// Acceleration of gravity (m/s^2), World.
     pub fn gravity(&self) -> Vec3 {
         self.gravity
@@ -343,6 +323,12 @@ impl Model {
     /// nothing sets a bound. How it is found is told where it is made, in the module `stability`.
     pub fn largest_time_step_s(&self) -> f64 {
         self.largest_time_step_s
+    }
+
+    /// How deep two rings' wires may press into each other with this time step, as a share of both their radii
+    /// together: up to there the step is within the bound that the depth has. Infinite where nothing sets one.
+    pub fn covered_penetration(&self) -> f64 {
+        self.covered_penetration
     }
 
     /// The integrator.

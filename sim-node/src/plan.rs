@@ -3,6 +3,8 @@
 use crate::Model;
 use crate::body::Body;
 use crate::broad::{self, Method};
+use crate::momentum;
+use crate::stability::Bound;
 use schemas::plan::Plan;
 use schemas::scene::{ContactLaw, Integrator, OnRisk, Scene};
 
@@ -134,6 +136,11 @@ pub(crate) fn make(scene: &Scene, model: &Model, everything: bool) -> (Features,
     }
     plan.push("audit/links", free_rings > 0 && rings > 1, counts.clone());
     plan.push("audit/gap", contact, counts);
+    let reason = match momentum::left_out(model) {
+        Some(reason) => reason.to_owned(),
+        None => format!("{} free bodies", free(0..model.body_count())),
+    };
+    plan.push("audit/momentum", momentum::left_out(model).is_none(), reason);
     (Features { gravity, drag, quadratic_drag, damping, friction }, plan)
 }
 
@@ -151,18 +158,28 @@ fn broad_phase(scene: &Scene, model: &Model, plan: &mut Plan) {
     }
 }
 
-/// The time step's line of the plan: what it is, and what bounds it.
-pub(crate) fn time_step(scene: &Scene, largest_s: f64, cause: &str, time_step_s: f64, plan: &mut Plan) {
+/// The time step's lines of the plan: what it is, and what bounds it.
+pub(crate) fn time_step(model: &Model, automatic: bool, bound: &Bound, plan: &mut Plan) {
+    let time_step_s = model.time().time_step_s;
     let mut reason = format!("{time_step_s:e} s");
-    if scene.time.automatic {
+    if automatic {
         reason += " (\"auto\")";
     }
-    reason += &match largest_s.is_finite() {
-        true => format!("; at most {largest_s:.4e} s, the bound set by {cause}"),
+    reason += &match bound.largest_s.is_finite() {
+        true => format!("; at most {:.4e} s, the bound set by {}", bound.largest_s, bound.cause),
         false => "; no bound".to_owned(),
     };
     plan.push("time/step", true, reason);
-    let (integrator, on_risk) = (scene.method.integrator, scene.method.on_risk);
+    let covered = model.covered_penetration();
+    let mut reason = match covered.is_finite() {
+        true => format!("covered up to {:.3} % of two rings' wires", 100.0 * covered),
+        false => "any".to_owned(),
+    };
+    if bound.lying_s < time_step_s {
+        reason += &format!("; rings that come to lie on each other all round need {:.4e} s", bound.lying_s);
+    }
+    plan.push("time/penetration", covered.is_finite(), reason);
+    let (integrator, on_risk) = (model.integrator(), model.method().on_risk);
     let in_parts = on_risk == OnRisk::Subdivide && integrator != Integrator::Dopri5;
     plan.push("time/subdivide", in_parts, format!("method.on_risk with {}", integrator.name()));
 }

@@ -1,6 +1,7 @@
 //! The diary of a run: one record for each step, and the state's message.
 
 use crate::contact::Contact;
+use crate::momentum::{self, Momentum, Unexplained};
 use crate::overlap::gap;
 use crate::reaction::reactions;
 use crate::state::Motion;
@@ -31,6 +32,9 @@ struct EnergyAudit {
 pub struct Records {
     chained_hash: Hash,
     energy: Option<EnergyAudit>,
+    /// Momentum at the last record, and its step.
+    momentum: Option<(u64, Momentum)>,
+    unexplained: Option<Unexplained>,
     /// Work of prescribed motions since the first record (J).
     drive_work: f64,
     /// The message of the last recorded state.
@@ -42,7 +46,15 @@ pub struct Records {
 impl Records {
     /// Records for a run that starts ([`Hash::default`]) or goes on from a step with this chained hash.
     pub fn after(chained_hash: Hash) -> Records {
-        Records { chained_hash, energy: None, drive_work: 0.0, message: Vec::new(), stage: Vec::new() }
+        Records {
+            chained_hash,
+            energy: None,
+            momentum: None,
+            unexplained: None,
+            drive_work: 0.0,
+            message: Vec::new(),
+            stage: Vec::new(),
+        }
     }
 
     /// The message of the last recorded state: the bytes of the topic `state` and of the log.
@@ -67,17 +79,20 @@ impl Records {
         self.chained_hash = chain(&self.chained_hash, &state_hash);
         let time = model.time();
         let audited = time.is_audited(state.step);
-        let [kinetic_energy_j, gravity_energy_j, contact_energy_j] = energies(model, state, scratch);
+        let Sums { kinetic: kinetic_energy_j, gravity: gravity_energy_j, momentum } = sums(model, state);
         if self.energy.is_some() {
             self.drive_work += scratch.drive_work_j;
         }
-        let mut penetration_m = 0.0;
         let contacts = scratch.evaluation.contacts(&scratch.moment);
-        for (_, _, contact) in &contacts {
-            if contact.penetration > penetration_m {
-                penetration_m = contact.penetration;
+        let (penetration_m, penetration_beyond_bound) = penetration(model, &contacts);
+        let before = self.momentum.replace((state.step, momentum));
+        self.unexplained = match &before {
+            Some((step, before)) if step + 1 == state.step && momentum::left_out(model).is_none() => {
+                let sums = [before, &momentum];
+                Some(Unexplained::of(model, state.step, sums, &scratch.impulse, &contacts))
             }
-        }
+            _ => None,
+        };
         StepRecord {
             step: state.step,
             sim_time_s: state.sim_time_s,
@@ -85,9 +100,10 @@ impl Records {
             contacts: contacts.len() as u64,
             kinetic_energy_j,
             gravity_energy_j,
-            contact_energy_j,
+            contact_energy_j: contact_energy(model, state, scratch),
             dissipated_energy_j: state.dissipated_energy_j,
             penetration_m,
+            penetration_beyond_bound,
             error_estimate_m: (audited && model.estimates_error())
                 .then(|| estimate::step_error(model, state)),
             drive_work_j: (!model.driven().is_empty()).then_some(scratch.drive_work_j + 0.0),
@@ -129,6 +145,21 @@ impl Records {
         Ok(())
     }
 
+    /// What the last step changed of the free bodies' momentum without a force; `None` where it is not audited, and for
+    /// a step that does not follow the last record.
+    pub fn unexplained(&self) -> Option<Unexplained> {
+        self.unexplained
+    }
+
+    /// Whether the momentum of the step just recorded lets the run go on.
+    ///
+    /// # Errors
+    ///
+    /// [`Stop::MomentumGained`] if it changed by more than forces from outside and rounding explain.
+    pub fn check_momentum(&self) -> Result<(), Stop> {
+        self.unexplained.map_or(Ok(()), |unexplained| unexplained.check())
+    }
+
     fn stages(
         &mut self,
         model: &Model,
@@ -160,6 +191,26 @@ impl Records {
     }
 }
 
+/// The deepest contact (m); and the deepest of two rings as a share of both wires, where the time step's bound does
+/// not cover it.
+fn penetration(model: &Model, contacts: &[(u32, u32, Contact)]) -> (f64, Option<f64>) {
+    let (mut deepest, mut share) = (0.0, model.covered_penetration());
+    let mut beyond = None;
+    for &(a, b, contact) in contacts {
+        if contact.penetration > deepest {
+            deepest = contact.penetration;
+        }
+        if (b as usize) < model.ring_count() && share.is_finite() {
+            let wires = model.bodies()[a as usize].minor_radius + model.bodies()[b as usize].minor_radius;
+            if contact.penetration > share * wires {
+                share = contact.penetration / wires;
+                beyond = Some(share);
+            }
+        }
+    }
+    (deepest, beyond)
+}
+
 fn put_pair(bytes: &mut Vec<u8>, a: u32, b: u32) {
     bytes.extend_from_slice(&a.to_le_bytes());
     bytes.extend_from_slice(&b.to_le_bytes());
@@ -174,56 +225,55 @@ fn put(bytes: &mut Vec<u8>, values: &[f64]) {
 /// Kinetic energy, and potential energy in the field of gravity (zero at World's origin), in joules, of all
 /// bodies but those on prescribed motions: theirs is the drive's.
 pub fn mechanical_energy(model: &Model, state: &State) -> (f64, f64) {
-    energy_of(model, state, 0)
+    let sums = sums(model, state);
+    (sums.kinetic, sums.gravity)
 }
 
-/// The same of the bodies from the given number on.
-fn energy_of(model: &Model, state: &State, first: usize) -> (f64, f64) {
-    let (mut kinetic, mut gravity) = (0.0, 0.0);
-    for (body, pose) in model.bodies().iter().zip(&state.bodies).skip(first) {
+/// Sums over the bodies.
+struct Sums {
+    kinetic: f64,
+    gravity: f64,
+    momentum: Momentum,
+}
+
+fn sums(model: &Model, state: &State) -> Sums {
+    let mut sums = Sums { kinetic: 0.0, gravity: 0.0, momentum: Momentum::ZERO };
+    for (body, pose) in model.bodies().iter().zip(&state.bodies) {
         if body.driven {
             continue;
         }
         let motion = Motion::of(pose);
         let (u, w, normal) = rotation::axes(&motion.orientation);
-        kinetic += 0.5 * body.mass_kg * motion.linear.norm_squared()
+        sums.momentum.add(body, &motion, (&u, &w, &normal));
+        sums.kinetic += 0.5 * body.mass_kg * motion.linear.norm_squared()
             + body.rotational_energy((&u, &w, &normal), &motion.angular);
-        gravity -= body.mass_kg * model.gravity().dot(&motion.position);
+        sums.gravity -= body.mass_kg * model.gravity().dot(&motion.position);
     }
-    (kinetic, gravity)
+    sums
 }
 
-/// The energies of the state that was just made: kinetic, in the field of gravity, and in the normal springs
-/// (J). The last is that of the last evaluation, less the elastic forces' work since.
-fn energies(model: &Model, state: &State, scratch: &Scratch) -> [f64; 3] {
-    let (evaluation, age) = (&scratch.evaluation, scratch.evaluation_age_s);
-    let contact = evaluation.elastic_energy();
+/// Energy in the normal springs at the state (J): that of the last evaluation, less the elastic forces'
+/// work since.
+fn contact_energy(model: &Model, state: &State, scratch: &Scratch) -> f64 {
+    let evaluation = &scratch.evaluation;
+    let energy = evaluation.elastic_energy();
+    let age = scratch.evaluation_age_s;
+    if age == 0.0 {
+        return energy;
+    }
     let loses = crate::forces::Evaluation::loses(model);
-    let power_at = |index: usize| {
-        let motion = Motion::of(&state.bodies[index]);
+    let mut power = 0.0;
+    for (index, pose) in state.bodies.iter().enumerate() {
+        let motion = Motion::of(pose);
         let wrench = &evaluation.wrenches[index];
         let (mut force, mut torque) = (wrench.force, wrench.torque);
         if loses {
             force -= evaluation.lost[index].force;
             torque -= evaluation.lost[index].torque;
         }
-        force.dot(&motion.linear) + torque.dot(&motion.angular)
-    };
-    // Of the tops that forces move, the integrator may have summed them while it had them at hand.
-    let summed = scratch.energies.map_or(0, |_| model.top_count());
-    let (mut kinetic, mut gravity) = energy_of(model, state, summed);
-    let mut power = 0.0;
-    if let Some(tops) = &scratch.energies {
-        kinetic += tops.kinetic_j;
-        gravity += tops.gravity_j;
-        power += tops.power_w;
-        let driven = model.driven().iter().map(|driven| driven.body as usize);
-        driven.filter(|&body| body < summed).for_each(|body| power += power_at(body));
+        power += force.dot(&motion.linear) + torque.dot(&motion.angular);
     }
-    if age != 0.0 {
-        (summed..state.bodies.len()).for_each(|body| power += power_at(body));
-    }
-    [kinetic, gravity, if age == 0.0 { contact } else { contact - age * power }]
+    energy - age * power
 }
 
 /// Looks at all links and gaps of a state.

@@ -22,7 +22,8 @@ pub enum ModelError {
     /// The time step is too long for the stiffest contact, for drag or for spin.
     #[error(
         "time.time_step_s = {time_step_s:e}: expected at most {largest_s:e} s, the bound set by {cause}; \
-         take a smaller step (or \"auto\"), a softer material, or method.on_risk = \"subdivide\""
+         take a smaller step (or \"auto\"), a softer material, method.on_risk = \"subdivide\", or, where wires press \
+         little into each other, state how little in method.stability_penetration"
     )]
     TimeStep {
         /// The step as given (s).

@@ -1,11 +1,12 @@
 //! Memory that a step works in, made once.
 
-use crate::Model;
 use crate::forces::{Evaluation, Moment};
 use crate::integrator::explicit::Stages;
 use crate::integrator::verlet::VerletScratch;
 use crate::integrator::{dopri5, rk4};
+use crate::momentum::Impulse;
 use crate::wrench::Velocity;
+use crate::{Model, risk};
 use geometry::lanes::Level;
 use geometry::{Circle, Vec3};
 use schemas::scene::Integrator;
@@ -23,8 +24,8 @@ pub struct Scratch {
     pub(crate) moment: Moment,
     /// Work of prescribed motions in the last step (J).
     pub(crate) drive_work_j: f64,
-    /// The energies of the tops after the step, where the integrator sums them on its way.
-    pub(crate) energies: Option<MotionEnergies>,
+    /// What free bodies got from outside in the last step.
+    pub(crate) impulse: Impulse,
     /// Time from the last force evaluation to the state (s).
     pub(crate) evaluation_age_s: f64,
     pub(crate) verlet: VerletScratch,
@@ -35,17 +36,8 @@ pub struct Scratch {
     /// The model with a step halved so many times, where the step is subdivided, and the memory that goes
     /// with the step.
     pub(crate) parts: BTreeMap<usize, (Model, VerletScratch)>,
+    pub(crate) risk: risk::Workspace,
     pub(crate) pool: Option<Arc<rayon::ThreadPool>>,
-}
-
-/// Energies of the symmetric tops but those on prescribed motions.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct MotionEnergies {
-    pub kinetic_j: f64,
-    /// In the field of gravity; zero at World's origin.
-    pub gravity_j: f64,
-    /// Power of the elastic forces of the last evaluation with the velocities of the state (W).
-    pub power_w: f64,
 }
 
 impl Scratch {
@@ -59,7 +51,7 @@ impl Scratch {
         let circle =
             Circle { centre: Vec3::zeros(), u: Vec3::x(), w: Vec3::y(), normal: Vec3::z(), radius: 0.0 };
         let stages = match model.integrator() {
-            Integrator::Verlet | Integrator::BackwardEuler => 0,
+            Integrator::Verlet | Integrator::BackwardEuler | Integrator::EnergyDecaying => 0,
             Integrator::Rk4 => rk4::TABLEAU.rows.len(),
             Integrator::Dopri5 => dopri5::TABLEAU.rows.len(),
         };
@@ -71,12 +63,13 @@ impl Scratch {
                 random: None,
             },
             drive_work_j: 0.0,
-            energies: None,
+            impulse: Impulse::ZERO,
             evaluation_age_s: 0.0,
             verlet: VerletScratch::of(model),
             level: Level::new(),
             stages: Stages::new(if stages > 0 { count } else { 0 }, stages),
             parts: BTreeMap::new(),
+            risk: risk::Workspace::default(),
             pool: pool.flatten().map(Arc::new),
         }
     }

@@ -5,10 +5,12 @@
 //! `d - x^2 (1/s - 1/R_A) / 2`: A runs across B's line and bends around it. With
 //! `kappa = 1/s - 1/R_A` the contact arc has the length `l = 2 sqrt(2 d / kappa)`, and the stiffness
 //! `dF/dd` of the line law is `k l`: line stiffness times length of arc. It grows with the root of the
-//! penetration, so the bound holds up to a penetration of [`REFERENCE_PENETRATION`] of `s`; deeper contacts
-//! belong to a scene that is too soft anyway. A ring lying flat on a plane, or a sphere sitting in a ring,
-//! touches all round: `l = 2 pi R`. Damping: `C = c l + z k l d`, the latter a little too much for an arc.
-//! Friction adds its spring, and damping in proportion.
+//! penetration, so the bound is stated for one: `method.stability_penetration`, a share of `s`. It goes with the
+//! fourth root of it, so a step that is shorter than the bound covers deeper contacts, see
+//! [`covered_penetration`]. A ring lying flat on a plane, or a sphere sitting in a ring, touches all round:
+//! `l = 2 pi R`. So do two coaxial rings: there neither push nor tilt has a lever longer than `R / sqrt(2)`.
+//! Damping: `C = c l + z k l d`, the latter a little too much for an arc. Friction adds its spring, and damping in
+//! proportion.
 //!
 //! Under `centreline-minima` each contact has its point stiffness. Under `surface-integral` the stiffness is the
 //! surface's times the area of the patch, `2 pi d / kappa` with the bendings of both wires, which grows with `d`.
@@ -17,8 +19,18 @@
 //! A contact acts on body `i` through its centre and a lever of at most `R`, so it moves it by at most
 //! `w_i = 1/m + R^2/I1` per unit of impulse. For all contacts together, by Cauchy's inequality for each
 //! contact and Gershgorin's for the sum, no mode is faster than `omega^2 = max over i of sum K (w_i + w_j)`
-//! over the contacts of `i`. The contacts counted are the links at the start (one with another ring of its
-//! kind for a ring without), and one with each sphere and plane that a body could meet.
+//! over the contacts of `i`. The contacts counted are the links at the start, and one with each sphere and plane
+//! that a body could meet. A ring without links may come to lie on others like itself: one all round, or
+//! one above and one below.
+//!
+//! # Impacts
+//! In a lasting contact a step is stable while `omega h < 2`. But contacts begin and end: a body that comes in at
+//! `v` may be `v h` deep when its first force is evaluated. With a force that goes with the power `p` of the depth
+//! it leaves at `v (1 - (omega h)^2 / p)`, `omega` being that of the stiffness at that depth, so it gains no speed
+//! only while `(omega h)^2 <= 2 p`. Where the force is linear (a contact all round, a point, `centreline-minima`)
+//! the stiffest contact alone, counted twice ([`IMPACT`]), is another bound beside the sum; crossed wires
+//! (`p = 3/2`) and patches (`p = 2`) are left as they are, the first because the lever `R` overstates by as much: wires
+//! touch at `R - r` at most.
 //!
 //! # From the mode to the step
 //! `verlet`: `omega h < 2` (the eigenvalue -1 of the step's matrix). Damping is implicit and sets no bound,
@@ -27,8 +39,10 @@
 //! damping ratio 0.5); drag adds to `lambda`, and the quaternion of a spin `w` needs `|w| h / 2 < 2.6`.
 //!
 //! # Limits
-//! An estimate, on the safe side for linked sheets (in hanging sheets blow-ups were seen from about twice
-//! the stiffness that it allows), but not a proof: wires that lie along each other have longer arcs.
+//! An estimate, on the safe side in what has been measured (`docs/methods.md` has a table; `cargo bench -p sim-node
+//! --bench stability` makes it), but not a proof. Rings that are linked lie on each other all round only where mail
+//! is folded or heaped: that would cost every sheet a factor of two to three in its step, so it is not in the
+//! bound; the plan says what it would be ([`Bound::lying_s`]), and the energy audit stops a run that gains by it.
 
 mod extent;
 
@@ -36,10 +50,10 @@ use crate::body::Shape;
 use crate::contact::material::{NormalLaw, PairMaterial};
 use crate::model::Model;
 use geometry::Vec3;
-use schemas::scene::{Integrator, Scene, Time};
+use schemas::scene::{ContactLaw, Integrator, OnRisk, Scene, Time};
 
-/// Penetration up to which the bound holds, as a share of both wires' radii together.
-const REFERENCE_PENETRATION: f64 = 0.05;
+/// By how much the stiffest linear contact counts, so that no impact gains speed: `(omega h)^2 <= 4 / IMPACT`.
+const IMPACT: f64 = 2.0;
 /// Radius of the half disc that lies in the stability region of the classical Runge-Kutta method.
 const RK4_RADIUS: f64 = 2.6;
 const PI: f64 = core::f64::consts::PI;
@@ -61,6 +75,36 @@ pub(crate) fn automatic_step(time: &Time, largest_s: f64) -> f64 {
 pub(crate) struct Bound {
     pub largest_s: f64,
     pub cause: String,
+    /// What it would be if rings with links came to lie on each other all round, too (s).
+    pub lying_s: f64,
+}
+
+impl Bound {
+    fn tighten(&mut self, largest_s: f64, cause: impl FnOnce() -> String) {
+        if largest_s < self.largest_s {
+            (self.largest_s, self.cause) = (largest_s, cause());
+        }
+    }
+}
+
+/// The penetration that a time step covers, as a share of both wires' radii together, if the bound for the stated
+/// one is `largest_s`: the stiffness of crossed wires goes with its root under `centreline-arc`, with itself under
+/// `surface-integral`, and `verlet`'s bound with the root of that. Infinite where no step has a bound, or depth no
+/// part in it.
+pub(crate) fn covered_penetration(model: &Model, largest_s: f64) -> f64 {
+    let stated = model.method().stability_penetration;
+    if largest_s.is_infinite() || model.contact_law() == ContactLaw::CentrelineMinima {
+        return f64::INFINITY;
+    }
+    let whole = model.time().time_step_s;
+    let parts = AUTO_SHARE * largest_s;
+    let in_parts = model.method().on_risk == OnRisk::Subdivide && parts < whole;
+    let square = |x: f64| x * x;
+    let longer = square(largest_s / if in_parts { parts } else { whole });
+    let deeper = if model.contact_law() == ContactLaw::CentrelineArc { square(longer) } else { longer };
+    // Of damping, which `rk4` has to bear, a part goes with more than the penetration itself.
+    let grows = model.integrator() == Integrator::Verlet && deeper > 1.0;
+    if grows { stated * deeper } else { stated }
 }
 
 /// Stiffness and damping per effective mass, summed over the contacts of a body (1/s^2, 1/s).
@@ -68,12 +112,20 @@ pub(crate) struct Bound {
 struct Stiffness {
     spring: f64,
     damper: f64,
+    /// What the stiffest linear contact counts for its impacts (1/s^2).
+    impact: f64,
 }
 
 impl Stiffness {
     fn add(&mut self, other: &Stiffness) {
         self.spring += other.spring;
         self.damper += other.damper;
+        self.impact = larger(self.impact, other.impact);
+    }
+
+    /// The fastest vibration without damping (1/s).
+    fn frequency(&self) -> f64 {
+        larger(self.spring, self.impact).sqrt()
     }
 }
 
@@ -85,6 +137,8 @@ struct Contact<'a> {
     length: f64,
     /// Penetration for which it is stated (m).
     penetration: f64,
+    /// Whether the force goes with the depth itself.
+    linear: bool,
     /// Sum of both bodies' mobilities along the normal, and along the tangent (1/kg).
     normal_mobility: f64,
     tangent_mobility: f64,
@@ -100,8 +154,10 @@ impl Contact<'_> {
         let rubs = self.material.friction_coefficient > 0.0;
         let tangent_spring = if rubs { self.material.friction_stiffness } else { 0.0 };
         let tangent_damper = tangent_spring * law.damping_time(self.penetration);
+        let normal = normal_spring * self.normal_mobility;
         Stiffness {
-            spring: normal_spring * self.normal_mobility + tangent_spring * self.tangent_mobility,
+            impact: if self.linear { IMPACT * normal } else { 0.0 },
+            spring: normal + tangent_spring * self.tangent_mobility,
             damper: normal_damper * self.normal_mobility + tangent_damper * self.tangent_mobility,
         }
     }
@@ -109,12 +165,7 @@ impl Contact<'_> {
 
 /// The largest time step; infinite where nothing sets a bound.
 pub(crate) fn bound(scene: &Scene, model: &Model) -> Bound {
-    let mut bound = Bound { largest_s: f64::INFINITY, cause: String::new() };
-    let mut tighten = |largest_s: f64, cause: &dyn Fn() -> String| {
-        if largest_s < bound.largest_s {
-            bound = Bound { largest_s, cause: cause() };
-        }
-    };
+    let mut bound = Bound { largest_s: f64::INFINITY, cause: String::new(), lying_s: f64::INFINITY };
     let contacts = contacts(model);
     for (index, (sum, body)) in contacts.iter().zip(model.bodies()).enumerate() {
         if body.pinned {
@@ -126,19 +177,25 @@ pub(crate) fn bound(scene: &Scene, model: &Model) -> Bound {
         let drag_rate =
             drags.iter().zip(inverses).map(|(drag, inverse)| drag.drag * inverse).fold(0.0, larger);
         let drag_rate = drag_rate + quadratic_drag_rate(model, index);
-        let largest = match scene.method.integrator {
-            Integrator::Verlet => 2.0 / sum.spring.sqrt(),
+        let largest = |sum: &Stiffness| match scene.method.integrator {
+            Integrator::Verlet => 2.0 / sum.frequency(),
             Integrator::Rk4 => RK4_RADIUS / (fastest(sum) + drag_rate),
             // Inner steps find their own length; implicit ones have no bound.
-            Integrator::Dopri5 | Integrator::BackwardEuler => f64::INFINITY,
+            Integrator::Dopri5 | Integrator::BackwardEuler | Integrator::EnergyDecaying => f64::INFINITY,
         };
-        tighten(largest, &|| {
-            format!("the contacts of {} (its stiffest mode is {:.4e} rad/s)", name(), sum.spring.sqrt())
+        if index < model.ring_count() && model.ring_count() > 2 {
+            let mut lying = *sum;
+            lying.add(&all_round(model, index as u32).stiffness());
+            let lying_s = largest(&lying);
+            bound.lying_s = if lying_s < bound.lying_s { lying_s } else { bound.lying_s };
+        }
+        bound.tighten(largest(sum), || {
+            format!("the contacts of {} (its stiffest mode is {:.4e} rad/s)", name(), sum.frequency())
         });
         if scene.method.integrator == Integrator::Rk4 {
             let [x, y, z] = model.initial_bodies()[index].angular_velocity_rad_per_s;
             let spin = (x * x + y * y + z * z).sqrt();
-            tighten(2.0 * RK4_RADIUS / spin, &|| format!("the spin of {} ({spin:.4e} rad/s)", name()));
+            bound.tighten(2.0 * RK4_RADIUS / spin, || format!("the spin of {} ({spin:.4e} rad/s)", name()));
         }
     }
     bound
@@ -158,8 +215,9 @@ fn quadratic_drag_rate(model: &Model, index: usize) -> f64 {
 /// The larger absolute value of the roots of `x^2 + damper x + spring`.
 fn fastest(sum: &Stiffness) -> f64 {
     let half = 0.5 * sum.damper;
-    let discriminant = half * half - sum.spring;
-    if discriminant > 0.0 { half + discriminant.sqrt() } else { sum.spring.sqrt() }
+    let frequency = sum.frequency();
+    let discriminant = half * half - frequency * frequency;
+    if discriminant > 0.0 { half + discriminant.sqrt() } else { frequency }
 }
 
 fn larger(a: f64, b: f64) -> f64 {
@@ -177,9 +235,15 @@ fn contacts(model: &Model) -> Vec<Stiffness> {
     let rings = model.ring_count();
     if rings > 1 {
         for (loose, sum) in sums.iter_mut().enumerate().take(rings) {
-            // A ring without links may meet another one like itself.
+            // A ring without links may lie on another one like itself, and under one.
             if sum.spring == 0.0 {
-                *sum = crossing(model, loose as u32, loose as u32).stiffness();
+                let number = loose as u32;
+                let crossed = crossing(model, number, number).stiffness();
+                let lying = all_round(model, number).stiffness();
+                *sum = if crossed.spring > lying.spring { crossed } else { lying };
+                if rings > 2 {
+                    sum.add(&lying);
+                }
             }
         }
     }
@@ -210,7 +274,7 @@ fn crossing(model: &Model, a: u32, b: u32) -> Contact<'_> {
     let material = model.pair_material(a, b);
     let (a, b) = (&model.bodies()[a as usize], &model.bodies()[b as usize]);
     let reach = a.minor_radius + b.minor_radius;
-    let penetration = REFERENCE_PENETRATION * reach;
+    let penetration = model.method().stability_penetration * reach;
     let curvature = 1.0 / reach - 1.0 / a.major_radius;
     let whole = 2.0 * PI * a.major_radius;
     let crossed = 2.0 * (2.0 * penetration / curvature).sqrt();
@@ -222,8 +286,27 @@ fn crossing(model: &Model, a: u32, b: u32) -> Contact<'_> {
         material,
         length: extent::of(model, length, area, a),
         penetration,
+        linear: model.contact_law() == ContactLaw::CentrelineMinima,
         normal_mobility: a.mobility_at(a.major_radius) + b.mobility_at(b.major_radius),
         tangent_mobility: a.mobility_at(a.bounding_radius) + b.mobility_at(b.bounding_radius),
+    }
+}
+
+/// A ring and another one like it, coaxial: they touch all round.
+fn all_round(model: &Model, ring: u32) -> Contact<'_> {
+    let material = model.pair_material(ring, ring);
+    let body = &model.bodies()[ring as usize];
+    let penetration = model.method().stability_penetration * 2.0 * body.minor_radius;
+    let length = 2.0 * PI * body.major_radius;
+    Contact {
+        law: model.normal_law(material, ring),
+        material,
+        length: extent::of(model, length, extent::resting_area(body, penetration), body),
+        penetration,
+        linear: model.contact_law() != ContactLaw::SurfaceIntegral,
+        // The push acts at the centre; a tilt by `R sin t` along the circle, whose square is a half in the mean.
+        normal_mobility: 2.0 * body.inverse_mass,
+        tangent_mobility: 2.0 * body.mobility_at(body.bounding_radius),
     }
 }
 
@@ -241,7 +324,7 @@ fn obstacle(model: &Model, index: usize, other: usize) -> Contact<'_> {
         }
         None => (body.minor_radius, 0.0, 0.0),
     };
-    let penetration = REFERENCE_PENETRATION * thinner;
+    let penetration = model.method().stability_penetration * thinner;
     // A sphere by Hertz's law: its slope at that depth, as so many of the point law's springs.
     let hertz = 2.0 * material.sphere_modulus * (body.minor_radius * penetration).sqrt();
     let point = if hertz > 0.0 { hertz / material.point.stiffness } else { 1.0 };
@@ -252,6 +335,7 @@ fn obstacle(model: &Model, index: usize, other: usize) -> Contact<'_> {
         material,
         length: extent::of(model, length, area, body),
         penetration,
+        linear: model.contact_law() != ContactLaw::SurfaceIntegral && hertz == 0.0,
         normal_mobility: body.inverse_mass + other_normal,
         tangent_mobility: body.mobility_at(body.bounding_radius) + other_tangent,
     }
@@ -289,12 +373,13 @@ fn solid(model: &Model, index: usize, other: usize) -> Stiffness {
     }
     let mut sum = Stiffness::default();
     for (law, length) in [(&material.line, length), (&material.point, points)] {
-        let penetration = REFERENCE_PENETRATION * wire;
+        let penetration = model.method().stability_penetration * wire;
         let contact = Contact {
             law,
             material,
             length,
             penetration,
+            linear: true,
             normal_mobility: mobility,
             tangent_mobility: mobility,
         };

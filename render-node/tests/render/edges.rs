@@ -87,7 +87,10 @@ fn one_pixel_and_one_row() {
         scene.render.samples_per_pixel = 1;
         let film = film(&scene);
         assert_eq!(film.rgb.len(), width as usize * height as usize);
-        assert!(film.rgb.iter().flatten().all(|channel| channel.is_finite() && *channel > 0.0));
+        assert_eq!(film.non_finite_samples, 0);
+        // A single path may end in a place that no light reaches, but hardly any does.
+        let dark = film.rgb.iter().filter(|pixel| **pixel == [0.0; 3]).count();
+        assert!(film.rgb.iter().flatten().all(|channel| *channel >= 0.0) && dark * 100 <= film.rgb.len());
     }
 }
 

@@ -13,7 +13,7 @@ const SAMPLES: u32 = 60_000;
 /// the cumulative distribution of the height.
 fn check(what: &str, draw: impl Fn((f64, f64)) -> Vec3, low: f64, below: impl Fn(f64) -> f64) {
     let mut counts = [[0_u32; TURNS]; HEIGHTS];
-    let mut sampler = Sampler::new(5, 6, 3);
+    let mut sampler = Sampler::new(5, 6, Default::default());
     for pixel in 0..SAMPLES {
         sampler.start(u64::from(pixel), pixel % 7);
         let direction = draw(sampler.pair(1));

@@ -2,7 +2,7 @@
 
 use super::materials::drag;
 use super::parse::suggestion;
-use super::render::{Light, Render};
+use super::render;
 use super::{Motion, Scene, SceneError};
 use std::fmt::Display;
 
@@ -92,7 +92,7 @@ impl Scene {
         if self.record.state_every == 0 {
             return Err(refuse("record.state_every", 0, "1 or more steps"));
         }
-        validate_render(&self.render)
+        render::validate(&self.render)
     }
 
     fn validate_time(&self) -> Result<(), SceneError> {
@@ -126,6 +126,11 @@ impl Scene {
         let tolerance = self.method.tolerance;
         if !(1e-13..=0.1).contains(&tolerance) {
             return Err(refuse_number("method.tolerance", tolerance, "a number from 1e-13 to 0.1"));
+        }
+        let penetration = self.method.stability_penetration;
+        if !(1e-6..=1.0).contains(&penetration) {
+            let expected = "a share of the wires from 1e-6 to 1 (0.05 unless said otherwise)";
+            return Err(refuse_number("method.stability_penetration", penetration, expected));
         }
         positive("method.absolute_tolerance", self.method.absolute_tolerance)
     }
@@ -214,78 +219,6 @@ impl Scene {
     }
 }
 
-fn validate_render(render: &Render) -> Result<(), SceneError> {
-    for (key, size) in [("render.width_px", render.width_px), ("render.height_px", render.height_px)] {
-        if size == 0 || size > 65_536 {
-            return Err(refuse(key, size, "1 to 65536 pixels"));
-        }
-    }
-    if u64::from(render.width_px) * u64::from(render.height_px) > 1 << 28 {
-        let size = format!("{} x {}", render.width_px, render.height_px);
-        return Err(refuse("render.width_px x render.height_px", size, "at most 2^28 pixels"));
-    }
-    if render.samples_per_pixel == 0 {
-        return Err(refuse("render.samples_per_pixel", 0, "1 or more"));
-    }
-    positive("render.exposure", render.exposure)?;
-    let camera = &render.camera;
-    vector("render.camera.position_m", &camera.position_m)?;
-    vector("render.camera.look_at_m", &camera.look_at_m)?;
-    vector("render.camera.up", &camera.up)?;
-    let angle = camera.vertical_field_of_view_rad;
-    if !(angle > 0.0 && angle < std::f64::consts::PI) {
-        return Err(refuse_number(
-            "render.camera.vertical_field_of_view_rad",
-            angle,
-            "more than 0 and less than pi",
-        ));
-    }
-    let view: [f64; 3] = std::array::from_fn(|axis| camera.look_at_m[axis] - camera.position_m[axis]);
-    let side = cross(&view, &camera.up);
-    // All of them are finite: that was checked above.
-    if norm(&side) <= 1e-9 * norm(&view) * norm(&camera.up) {
-        let value = format!("{:?}", camera.up);
-        return Err(refuse(
-            "render.camera.up",
-            value,
-            "a direction that is not along the view, and look_at_m apart from position_m",
-        ));
-    }
-    unit_or_longer("render.sky.up", &render.sky.up)?;
-    colour("render.sky.zenith_radiance", &render.sky.zenith_radiance)?;
-    colour("render.sky.horizon_radiance", &render.sky.horizon_radiance)?;
-    for (index, light) in render.lights.iter().enumerate() {
-        let key = |field: &str| format!("render.light[{index}].{field}");
-        match light {
-            Light::Sphere { position_m, radius_m, radiance } => {
-                vector(&key("position_m"), position_m)?;
-                positive(&key("radius_m"), *radius_m)?;
-                colour(&key("radiance"), radiance)?;
-            }
-            Light::Rectangle { corner_m, edge_u_m, edge_v_m, radiance } => {
-                vector(&key("corner_m"), corner_m)?;
-                vector(&key("edge_u_m"), edge_u_m)?;
-                vector(&key("edge_v_m"), edge_v_m)?;
-                unit_or_longer(&key("edge_u_m x edge_v_m"), &cross(edge_u_m, edge_v_m))?;
-                colour(&key("radiance"), radiance)?;
-            }
-        }
-    }
-    for (name, look) in &render.looks {
-        for (field, albedo) in
-            [("albedo", Some(&look.albedo)), ("checker_albedo", look.checker_albedo.as_ref())]
-        {
-            if let Some(albedo) = albedo
-                && !albedo.iter().all(|share| (0.0..=1.0).contains(share))
-            {
-                let key = format!("render.look.{name}.{field}");
-                return Err(refuse(&key, format!("{albedo:?}"), "three numbers from 0 to 1"));
-            }
-        }
-    }
-    Ok(())
-}
-
 pub(super) fn radii(key: &dyn Fn(&str) -> String, major_m: f64, minor_m: f64) -> Result<(), SceneError> {
     positive(&key("major_radius_m"), major_m)?;
     positive(&key("minor_radius_m"), minor_m)?;
@@ -330,7 +263,7 @@ pub(super) fn unit(key: &str, values: &[f64]) -> Result<(), SceneError> {
     Err(refuse(key, format!("{values:?} (of length {length:?})"), "length 1, within 1e-6"))
 }
 
-fn unit_or_longer(key: &str, values: &[f64]) -> Result<(), SceneError> {
+pub(super) fn unit_or_longer(key: &str, values: &[f64]) -> Result<(), SceneError> {
     vector(key, values)?;
     if norm(values) > 1e-150 {
         return Ok(());
@@ -338,18 +271,18 @@ fn unit_or_longer(key: &str, values: &[f64]) -> Result<(), SceneError> {
     Err(refuse(key, format!("{values:?}"), "a direction, not zero"))
 }
 
-fn colour(key: &str, values: &[f64; 3]) -> Result<(), SceneError> {
+pub(super) fn colour(key: &str, values: &[f64; 3]) -> Result<(), SceneError> {
     if values.iter().all(|value| (0.0..=LENGTH_MAX_M).contains(value)) {
         return Ok(());
     }
     Err(refuse(key, format!("{values:?}"), "three numbers from 0 to 1e12"))
 }
 
-fn norm(values: &[f64]) -> f64 {
+pub(super) fn norm(values: &[f64]) -> f64 {
     values.iter().map(|value| value * value).sum::<f64>().sqrt()
 }
 
-fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+pub(super) fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 

@@ -19,11 +19,6 @@ use schemas::state::BodyState;
 pub(super) struct Sums {
     /// Energy lost (J).
     pub lost: f64,
-    /// Kinetic energy after the step, and energy in the field of gravity (J).
-    pub kinetic: f64,
-    pub gravity: f64,
-    /// Power of the elastic contact forces with the velocities after the step (W).
-    pub power: f64,
     /// Some number of a body is not finite.
     pub broken: bool,
 }
@@ -60,7 +55,7 @@ impl Kicks<'_> {
     fn all<const GRAVITY: bool, const DRAG: bool>(self) {
         let without_drag = Decay::new(0.0, 1.0, self.model.time().time_step_s);
         let gravity = self.model.gravity();
-        let (mut sums, mut energies) = (Sums::default(), Energies::ZERO);
+        let mut sums = Sums::default();
         let (mut middle, mut after) = (Middle::ZERO, After::ZERO);
         for (index, bodies) in self.bodies.chunks_mut(LANES).enumerate() {
             let own = index * LANES..index * LANES + bodies.len();
@@ -94,66 +89,15 @@ impl Kicks<'_> {
             after.load_orientations(&self.orientations[own]);
             turn(&mut after.orientation, &after.precession, &after.spin, &constants.half_time);
             sums.broken |= after.finish();
-            energies.add(constants, gravity, self.lost.is_some(), &middle, &after, &lost);
             for (lane, body) in (0..LANES).zip(bodies) {
                 // A pinned body stays as it is.
                 if constants.half_time[lane] != 0.0 {
                     after.store(lane, body);
+                    sums.lost += lost[lane];
                 }
             }
         }
-        let sum = |lanes: &Lane| lanes.iter().sum();
-        sums.lost = sum(&energies.lost);
-        sums.kinetic = sum(&energies.kinetic);
-        sums.gravity = sum(&energies.gravity);
-        sums.power = sum(&energies.power);
         *self.sums = sums;
-    }
-}
-
-/// Sums of [`Sums`], one for each lane.
-struct Energies {
-    lost: Lane,
-    kinetic: Lane,
-    gravity: Lane,
-    power: Lane,
-}
-
-impl Energies {
-    const ZERO: Energies = Energies { lost: ZERO, kinetic: ZERO, gravity: ZERO, power: ZERO };
-
-    #[inline(always)]
-    fn add(
-        &mut self,
-        constants: &Constants,
-        gravity: Vec3,
-        loses: bool,
-        middle: &Middle,
-        after: &After,
-        lost: &Lane,
-    ) {
-        for lane in 0..LANES {
-            let (linear, angular) = (get(&after.linear, lane), get(&after.angular, lane));
-            let axis = normal(&after.orientation, lane);
-            let about = angular.dot(&axis);
-            let across = angular - axis * about;
-            let kinetic = 0.5 * constants.mass[lane] * linear.dot(&linear)
-                + 0.5 * constants.inertia_transverse[lane] * across.dot(&across)
-                + 0.5 * constants.inertia_axial[lane] * (about * about);
-            let height = gravity.dot(&get(&after.position, lane));
-            let (mut force, mut torque) = (get(&middle.force, lane), get(&middle.torque, lane));
-            if loses {
-                force -= get(&middle.lost_force, lane);
-                torque -= get(&middle.lost_torque, lane);
-            }
-            let power = force.dot(&linear) + torque.dot(&angular);
-            // What no force moves has its share elsewhere.
-            let moves = constants.half_time[lane] != 0.0;
-            self.lost[lane] += if moves { lost[lane] } else { 0.0 };
-            self.kinetic[lane] += if moves { kinetic } else { 0.0 };
-            self.gravity[lane] -= if moves { constants.mass[lane] * height } else { 0.0 };
-            self.power[lane] += if moves { power } else { 0.0 };
-        }
     }
 }
 
@@ -281,8 +225,9 @@ impl After {
             set(&mut self.position, lane, position + Vec3::zeros());
             // A sum is finite only if all its parts are; it may overflow where they are, so the caller looks
             // again. Of the quaternion only the angle can be broken, and it breaks the axis.
-            let sum = |v: &Lane3| v[0][lane] + v[1][lane] + v[2][lane];
-            sums[lane] = sum(&self.position) + sum(&self.linear) + sum(&self.angular) + square;
+            let all =
+                [&self.position, &self.linear, &self.angular].map(|v| v[0][lane] + v[1][lane] + v[2][lane]);
+            sums[lane] = all[0] + all[1] + all[2] + square;
         }
         !sums.iter().sum::<f64>().is_finite()
     }
@@ -290,8 +235,7 @@ impl After {
     #[inline(always)]
     fn store(&self, lane: usize, body: &mut BodyState) {
         body.position_m = get(&self.position, lane).into();
-        let [i, j, k, w] = &self.orientation;
-        body.orientation = [i[lane], j[lane], k[lane], w[lane]];
+        body.orientation = [0, 1, 2, 3].map(|number: usize| self.orientation[number][lane]);
         body.linear_velocity_m_per_s = get(&self.linear, lane).into();
         body.angular_velocity_rad_per_s = get(&self.angular, lane).into();
     }

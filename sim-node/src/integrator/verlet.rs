@@ -26,12 +26,11 @@ use super::lanes::{
 };
 use crate::contact::kernel::MotionLine;
 use crate::forces::{Evaluation, SlipMotion};
-use crate::scratch::MotionEnergies;
 use crate::wrench::Velocity;
 use crate::{Model, Scratch, State, motion};
 use bytemuck::Zeroable;
 use geometry::lanes::Line;
-use geometry::{Circle, Vec3};
+use geometry::Circle;
 use nalgebra::{Quaternion, UnitQuaternion};
 use schemas::scene::Integrator;
 use schemas::state::BodyState;
@@ -47,8 +46,6 @@ pub(crate) struct VerletScratch {
     /// Orientations in the middle of the step.
     pub(super) orientations: Vec<UnitQuaternion<f64>>,
     sums: Vec<Sums>,
-    /// The pinned tops.
-    pinned: Vec<u32>,
 }
 
 impl VerletScratch {
@@ -58,9 +55,7 @@ impl VerletScratch {
             return VerletScratch::default();
         }
         let tops = &model.bodies()[..model.top_count()];
-        let pinned = |&index: &u32| tops[index as usize].pinned && !tops[index as usize].driven;
         VerletScratch {
-            pinned: (0..tops.len() as u32).filter(pinned).collect(),
             classes: Classes::new(tops, 0.5 * model.time().time_step_s),
             orientations: vec![UnitQuaternion::identity(); model.body_count()],
             sums: vec![Sums::default(); tops.len().div_ceil(CHUNK_BODIES)],
@@ -90,15 +85,6 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -
     kick_and_drift(model, state, scratch);
     let sums = &scratch.verlet.sums;
     state.dissipated_energy_j += sums.iter().map(|sums| sums.lost).sum::<f64>();
-    let pinned_gravity = scratch.verlet.pinned.iter().fold(0.0, |energy, &body| {
-        let position = Vec3::from(state.bodies[body as usize].position_m);
-        energy - model.bodies()[body as usize].mass_kg * model.gravity().dot(&position)
-    });
-    scratch.energies = Some(MotionEnergies {
-        kinetic_j: sums.iter().map(|sums| sums.kinetic).sum(),
-        gravity_j: sums.iter().map(|sums| sums.gravity).sum::<f64>() + pinned_gravity,
-        power_w: sums.iter().map(|sums| sums.power).sum(),
-    });
     let loses = Evaluation::loses(model);
     state.dissipated_energy_j += asymmetric::kick_and_drift(model, state, scratch, loses);
     model.top_count() == model.body_count() && !scratch.verlet.sums.iter().any(|sums| sums.broken)
@@ -128,7 +114,7 @@ fn drift_to_middle(model: &Model, state: &State, scratch: &mut Scratch) {
 /// The kick and the second drift of the tops, from the scratch to the state.
 fn kick_and_drift(model: &Model, state: &mut State, scratch: &mut Scratch) {
     let Scratch { evaluation, moment, verlet, pool, level, .. } = scratch;
-    let VerletScratch { classes, orientations, sums, .. } = verlet;
+    let VerletScratch { classes, orientations, sums } = verlet;
     let loses = Evaluation::loses(model);
     let tops = &mut state.bodies[..model.top_count()];
     let chunks = tops.chunks_mut(CHUNK_BODIES).zip(sums).enumerate();

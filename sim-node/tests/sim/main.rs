@@ -2,6 +2,7 @@
 //!
 //! Tolerances are derived beside the assertions; `cargo test -- --nocapture` prints what was measured.
 
+mod blow_up;
 mod bounce;
 mod broad;
 mod conservation;
@@ -14,6 +15,7 @@ mod golden;
 mod implicit;
 mod laws;
 mod material;
+mod momentum;
 mod motion;
 mod node;
 mod refusals;
@@ -21,6 +23,7 @@ mod samplers;
 mod scenes;
 mod sheet;
 mod solids;
+mod stability;
 mod steps;
 mod support;
 mod surfaces;

@@ -16,8 +16,12 @@ impl Run {
     }
 
     pub fn with(text: &str, overrides: &[String]) -> Run {
-        let scene = Scene::parse(text, overrides).unwrap_or_else(|error| panic!("{error}\n{text}"));
-        let (model, _) = Model::compile(&scene).unwrap_or_else(|error| panic!("{error}\n{text}"));
+        Run::of(&Scene::parse(text, overrides).unwrap_or_else(|error| panic!("{error}\n{text}")))
+    }
+
+    /// A resolved scene.
+    pub fn of(scene: &Scene) -> Run {
+        let (model, _) = Model::compile(scene).unwrap_or_else(|error| panic!("{error}"));
         let state = State::initial(&model);
         let scratch = Scratch::new(&model, 1);
         Run { model, state, scratch }

@@ -9,18 +9,39 @@
 //! linearly by that ratio instead of quadratically; the residual is that of the true forces.
 
 use super::system::{Block, Six, System, add_outer};
-use crate::Model;
-use crate::contact::material::NormalLaw;
-use crate::forces::Moment;
+use crate::body::Body;
+use crate::contact::material::{NormalLaw, PairMaterial};
 use crate::wrench::relative_velocity;
+use crate::{Model, Scratch};
 use geometry::arc::{circle_circle_arcs, circle_plane_arcs, circle_point_arcs, rule_for};
+use geometry::minima::{Minima, circle_circle_minima, circle_plane_minima, circle_point_minima};
 use geometry::{Arcs, Circle, Vec3};
+use schemas::scene::ContactLaw;
 
-/// A pair's blocks while they are added up.
-struct Blocks {
-    aa: Block,
-    ab: Block,
-    bb: Block,
+/// How much of a pair's stiffness (s^2) and damping (s) goes into the matrix.
+#[derive(Clone, Copy)]
+pub(super) struct Share {
+    pub stiffness: f64,
+    pub damping: f64,
+}
+
+/// How stiff a pair's contact is against the inertia of its bodies, summed over its points.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Rates {
+    /// Square of a circular frequency (1/s^2).
+    pub spring: f64,
+    /// Rate of decay (1/s).
+    pub damper: f64,
+}
+
+/// A point of a contact.
+struct Point {
+    on_a: Six,
+    on_b: Six,
+    stiffness: f64,
+    damping: f64,
+    /// Of the penetration (m/s).
+    rate: f64,
 }
 
 /// One pair at one moment.
@@ -29,10 +50,8 @@ struct Pair<'a> {
     a: &'a Circle,
     from_b: Vec3,
     relative: crate::wrench::Velocity,
-    /// Time by which a velocity moves the bodies (s).
-    time: f64,
-    blocks: Blocks,
-    touched: bool,
+    minima: bool,
+    points: Vec<Point>,
 }
 
 impl Pair<'_> {
@@ -46,25 +65,32 @@ impl Pair<'_> {
         if !(law.push(penetration, rate, 0.0) > 0.0) {
             return;
         }
-        let stiffness = law.stiffness * (1.0 + law.rate_damping * rate);
-        let damping = law.stiffness * penetration * law.rate_damping + law.viscous_damping;
-        let weight = self.time * (self.time * stiffness + damping) * length;
-        if !(weight > 0.0) {
-            return;
-        }
-        self.touched = true;
+        let stiffness = law.stiffness * (1.0 + law.rate_damping * rate) * length;
+        let damping = (law.stiffness * penetration * law.rate_damping + law.viscous_damping) * length;
         let turn_b = (lever + self.from_b).cross(normal);
         let on_a: Six = [normal.x, normal.y, normal.z, turn.x, turn.y, turn.z];
         let on_b: Six = [normal.x, normal.y, normal.z, turn_b.x, turn_b.y, turn_b.z];
-        add_outer(&mut self.blocks.aa, weight, &on_a, &on_a);
-        add_outer(&mut self.blocks.ab, -weight, &on_a, &on_b);
-        add_outer(&mut self.blocks.bb, weight, &on_b, &on_b);
+        self.points.push(Point { on_a, on_b, stiffness, damping, rate });
     }
 
     /// The points of contact arcs, as `contact` takes them.
-    fn along(&mut self, arcs: &Arcs, reach: f64, closest: impl Fn(&Vec3) -> (Vec3, f64)) {
+    fn along(
+        &mut self,
+        arcs: &Arcs,
+        reach: f64,
+        minima: impl Fn() -> Minima,
+        closest: impl Fn(&Vec3) -> (Vec3, f64),
+    ) {
         let radius = self.a.radius;
         let (u, w) = (self.a.u * radius, self.a.w * radius);
+        if self.minima && !arcs.is_empty() {
+            for minimum in minima().as_slice() {
+                let lever = u * minimum.cos + w * minimum.sin;
+                let (normal, distance) = closest(&lever);
+                self.add(&lever, &normal, reach - distance, minimum.share);
+            }
+            return;
+        }
         for arc in arcs.iter() {
             for point in arc.nodes(rule_for(arc.half_tangent, radius / reach)) {
                 let lever = u * point.cos + w * point.sin;
@@ -73,6 +99,40 @@ impl Pair<'_> {
             }
         }
     }
+
+    /// A sphere's contact point, by Hertz's law where there is one: its slope is 3/2 of the secant.
+    fn at_sphere(&mut self, material: &PairMaterial, normal: &Vec3, (penetration, radius): (f64, f64)) {
+        if material.sphere_modulus > 0.0 && penetration > 0.0 {
+            self.law = self.law.hertz(material.sphere_modulus, radius, penetration);
+            self.law.stiffness *= 1.5;
+        }
+        self.add(&Vec3::zeros(), normal, penetration, 1.0);
+    }
+
+    fn rates(&self, a: &Free, b: Option<&Free>) -> Rates {
+        let mut rates = Rates::default();
+        for point in &self.points {
+            let mobility = a.mobility(&point.on_a) + b.map_or(0.0, |b| b.mobility(&point.on_b));
+            rates.spring += point.stiffness * mobility;
+            rates.damper += point.damping * mobility;
+        }
+        rates
+    }
+}
+
+/// A body that may move, in its place.
+struct Free<'a> {
+    body: &'a Body,
+    frame: &'a Circle,
+}
+
+impl Free<'_> {
+    /// Rate along a screw that a unit impulse along it makes (1/kg).
+    fn mobility(&self, [x, y, z, a, b, c]: &Six) -> f64 {
+        let (normal, turn) = (Vec3::new(*x, *y, *z), Vec3::new(*a, *b, *c));
+        let spin = super::spin_of(self.body, self.frame, &turn);
+        self.body.inverse_mass * normal.norm_squared() + spin.dot(&turn)
+    }
 }
 
 fn unit_or(vector: Vec3, fallback: &Vec3) -> (Vec3, f64) {
@@ -80,16 +140,18 @@ fn unit_or(vector: Vec3, fallback: &Vec3) -> (Vec3, f64) {
     if length > 0.0 { (vector * (1.0 / length), length) } else { (*fallback, 0.0) }
 }
 
-/// Adds the contacts of all pairs; `time` as in [`Pair`].
-pub(super) fn add_contacts<'p>(
+/// Adds the contacts of all pairs at the moment of the last evaluation, each with the share that `share` says for
+/// the pair; to `right`, if there is one, the impulses of a damper as strong as the matrix, at the rates as they are.
+pub(super) fn add_contacts(
     model: &Model,
-    moment: &Moment,
-    pairs: impl Iterator<Item = &'p (u32, u32)>,
-    time: f64,
+    scratch: &Scratch,
     system: &mut System,
+    mut right: Option<&mut Vec<Six>>,
+    mut share: impl FnMut((u32, u32), Rates) -> Share,
 ) {
+    let moment = &scratch.moment;
     let rings = model.ring_count();
-    for &(a, b) in pairs {
+    for &(a, b) in scratch.evaluation.candidates(model, moment) {
         let (index_a, index_b) = (a as usize, b as usize);
         let circle_a = &moment.circles[index_a];
         let (material, body_a) = (model.pair_material(a, b), &model.bodies()[index_a]);
@@ -103,21 +165,19 @@ pub(super) fn add_contacts<'p>(
             Some(_) => relative_velocity(&velocities[index_a], &velocities[index_b], &from_b),
             None => velocities[index_a],
         };
-        let zero = [[0.0; 6]; 6];
         let mut pair = Pair {
-            law: if index_a < rings { material.line } else { material.point },
+            law: *model.normal_law(material, a),
             a: circle_a,
             from_b,
             relative,
-            time,
-            blocks: Blocks { aa: zero, ab: zero, bb: zero },
-            touched: false,
+            minima: model.contact_law() == ContactLaw::CentrelineMinima,
+            points: Vec::new(),
         };
         match moving_b {
             Some(body_b) => {
-                let reach = body_a.minor_radius + body_b.minor_radius;
                 let circle_b = &moment.circles[index_b];
-                two_bodies(&mut pair, (index_a < rings, index_b < rings), circle_b, reach);
+                let radii = (body_a.minor_radius, body_b.minor_radius);
+                two_bodies(&mut pair, material, (index_a < rings, index_b < rings), circle_b, radii);
             }
             None => {
                 let plane = &model.planes()[index_b - model.body_count()];
@@ -126,24 +186,35 @@ pub(super) fn add_contacts<'p>(
                 if index_a < rings {
                     let arcs = circle_plane_arcs(circle_a, &plane.normal, plane.offset, reach);
                     let closest = |lever: &Vec3| (plane.normal, height + plane.normal.dot(lever));
-                    pair.along(&arcs, reach, closest);
+                    pair.along(&arcs, reach, || circle_plane_minima(circle_a, &plane.normal), closest);
                 } else {
-                    pair.add(&Vec3::zeros(), &plane.normal, reach - height, 1.0);
+                    pair.at_sphere(material, &plane.normal, (reach - height, reach));
                 }
             }
         }
-        put(model, (a, b), &pair, system);
+        if pair.points.is_empty() {
+            continue;
+        }
+        let free_b = moving_b.map(|body| Free { body, frame: &moment.circles[index_b] });
+        let rates = pair.rates(&Free { body: body_a, frame: circle_a }, free_b.as_ref());
+        put(model, (a, b), &pair.points, share((a, b), rates), system, right.as_deref_mut());
     }
 }
 
-fn two_bodies(pair: &mut Pair, (a_is_ring, b_is_ring): (bool, bool), b: &Circle, reach: f64) {
-    let from_b = pair.from_b;
+fn two_bodies(
+    pair: &mut Pair,
+    material: &PairMaterial,
+    (a_is_ring, b_is_ring): (bool, bool),
+    b: &Circle,
+    (radius_a, radius_b): (f64, f64),
+) {
+    let (a, from_b, reach) = (pair.a, pair.from_b, radius_a + radius_b);
     if !a_is_ring {
         let (normal, distance) = unit_or(from_b, &Vec3::z());
-        pair.add(&Vec3::zeros(), &normal, reach - distance, 1.0);
+        pair.at_sphere(material, &normal, (reach - distance, radius_a * radius_b / reach));
     } else if b_is_ring {
-        let arcs = circle_circle_arcs(pair.a, b, reach);
-        pair.along(&arcs, reach, |lever| {
+        let arcs = circle_circle_arcs(a, b, reach);
+        let closest = |lever: &Vec3| {
             let d = from_b + lever;
             let height = d.dot(&b.normal);
             let across = d - b.normal * height;
@@ -152,32 +223,65 @@ fn two_bodies(pair: &mut Pair, (a_is_ring, b_is_ring): (bool, bool), b: &Circle,
                 return unit_or(b.normal * height - b.u * b.radius, &b.normal);
             }
             unit_or(d - across * (b.radius / rho), &b.normal)
-        });
+        };
+        pair.along(&arcs, reach, || circle_circle_minima(a, b, &arcs), closest);
     } else {
-        let fallback = pair.a.normal;
-        let arcs = circle_point_arcs(pair.a, &b.centre, reach);
-        pair.along(&arcs, reach, |lever| unit_or(from_b + lever, &fallback));
+        let arcs = circle_point_arcs(a, &b.centre, reach);
+        let closest = |lever: &Vec3| unit_or(from_b + lever, &a.normal);
+        pair.along(&arcs, reach, || circle_point_minima(a, &b.centre), closest);
     }
 }
 
 /// Into the rows of the bodies that can move.
-fn put(model: &Model, (a, b): (u32, u32), pair: &Pair, system: &mut System) {
-    if !pair.touched {
-        return;
-    }
+fn put(
+    model: &Model,
+    (a, b): (u32, u32),
+    points: &[Point],
+    share: Share,
+    system: &mut System,
+    right: Option<&mut Vec<Six>>,
+) {
     let moves = |body: u32| model.bodies().get(body as usize).is_some_and(|body| !body.pinned);
+    let (a_moves, b_moves) = (moves(a), moves(b));
+    let zero: Block = [[0.0; 6]; 6];
+    let (mut of_a, mut of_b, mut between) = (zero, zero, zero);
+    let (mut push_a, mut push_b) = ([0.0; 6], [0.0; 6]);
+    for point in points {
+        let weight = share.stiffness * point.stiffness + share.damping * point.damping;
+        if !(weight > 0.0) {
+            continue;
+        }
+        add_outer(&mut of_a, weight, &point.on_a, &point.on_a);
+        add_outer(&mut between, -weight, &point.on_a, &point.on_b);
+        add_outer(&mut of_b, weight, &point.on_b, &point.on_b);
+        for i in 0..6 {
+            push_a[i] += weight * point.rate * point.on_a[i];
+            push_b[i] -= weight * point.rate * point.on_b[i];
+        }
+    }
     let add = |sum: &mut Block, block: &Block| {
         for (sum, row) in sum.iter_mut().zip(block) {
             sum.iter_mut().zip(row).for_each(|(a, b)| *a += b);
         }
     };
-    if moves(a) {
-        add(&mut system.diagonal[a as usize], &pair.blocks.aa);
+    if a_moves {
+        add(&mut system.diagonal[a as usize], &of_a);
     }
-    if moves(b) {
-        add(&mut system.diagonal[b as usize], &pair.blocks.bb);
+    if b_moves {
+        add(&mut system.diagonal[b as usize], &of_b);
     }
-    if moves(a) && moves(b) {
-        system.coupling.push((a, b, pair.blocks.ab));
+    if a_moves && b_moves {
+        system.coupling.push((a, b, between));
+    }
+    if let Some(right) = right {
+        let mut push = |body: u32, six: &Six| {
+            right[body as usize].iter_mut().zip(six).for_each(|(a, b)| *a += b);
+        };
+        if a_moves {
+            push(a, &push_a);
+        }
+        if b_moves {
+            push(b, &push_b);
+        }
     }
 }

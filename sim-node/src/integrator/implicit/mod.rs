@@ -1,8 +1,8 @@
-//! Backward Euler, for contacts so stiff that no explicit step would do.
+//! Implicit methods, for contacts so stiff that no explicit step would do: what `backward-euler` and
+//! `energy-decaying` share.
 //!
-//! The one thing to know: a step of length `h` finds the velocities `V` at its end with
-//! `x = x0 + h v`, `q = exp(h w) q0`, `m v = m v0 + h F(x, q, V)`, `I(q) w = L0 + h T(x, q, V)`
-//! by Newton's iteration; `L0` is the angular momentum at the start, so that no gyroscopic term is needed.
+//! The one thing to know: the unknowns are the bodies' velocities, the mean ones of the step or those at its end;
+//! they give poses, these give forces, and Newton's iteration makes momentum agree with the forces' impulse.
 //!
 //! # Newton's iteration
 //! The matrix is that of `jacobian`, solved by conjugate gradients (`system`). A step along its solution is
@@ -12,25 +12,24 @@
 //! halves, down to 2^-12 of the step; then the run stops.
 //!
 //! # Limits
-//! No friction, and rings, spheres and planes with the law `centreline-arc` only: the others have no Jacobian here.
-//! A spin `w` with `w h` above about 1 makes the iteration slow and then the step short.
-//! It is of first order and takes energy from every motion: at `omega h = 0.2` a vibration loses
-//! 4 % of its energy in a step. Right for what comes to rest, and for previews.
-//!
-//! # Source
-//! E. Hairer, G. Wanner, "Solving Ordinary Differential Equations II", section IV.3.
+//! No friction, and rings, spheres and planes with the laws `centreline-arc` and `centreline-minima` only: the others
+//! have no Jacobian here. A spin `w` with `w h` above about 1 makes the iteration slow and then the step short.
 
+mod backward_euler;
+mod energy_decaying;
 mod jacobian;
 mod system;
+mod touches;
 
 use crate::body::Body;
-use crate::forces::{Evaluation, SlipMotion};
-use crate::state::{Motion, renormalised};
+use crate::state::Motion;
 use crate::step::{Stop, check_finite};
-use crate::wrench::Velocity;
 use crate::{Model, Scratch, State, motion};
-use geometry::{Circle, Vec3, rotation};
+use backward_euler::BackwardEuler;
+use energy_decaying::EnergyDecaying;
+use geometry::{Circle, Vec3};
 use nalgebra::UnitQuaternion;
+use schemas::scene::Integrator;
 use system::{Six, System, dot};
 
 /// Change of velocity at which the iteration ends, as a share of the fastest surface's speed.
@@ -43,9 +42,23 @@ const DEPTH_MAX: u32 = 12;
 struct Base {
     position: Vec3,
     orientation: UnitQuaternion<f64>,
-    velocity: Vec3,
+    linear: Vec3,
+    angular: Vec3,
     /// About the centre (kg m^2/s), World.
     angular_momentum: Vec3,
+    /// The body's own z axis.
+    axis: Vec3,
+}
+
+/// A part of a step.
+#[derive(Clone, Copy)]
+struct Part<'a> {
+    model: &'a Model,
+    base: &'a [Base],
+    /// When it ends (s).
+    end: f64,
+    /// How long it is (s).
+    length: f64,
 }
 
 /// What a step found: pose and velocity of each body, and the power lost and driven.
@@ -53,6 +66,18 @@ struct Found {
     motions: Vec<Motion>,
     lost: f64,
     drive: f64,
+}
+
+/// The equations of one part of a step.
+trait Equations {
+    /// Forces at the end that velocities lead to, into the scratch.
+    fn evaluate(&mut self, scratch: &mut Scratch, velocities: &[Six]);
+    /// What momentum lacks there.
+    fn residual(&self, scratch: &Scratch, velocities: &[Six]) -> Vec<Six>;
+    /// The matrix there, in the given iteration; what it learns on the way may change the residual.
+    fn system(&mut self, scratch: &Scratch, velocities: &[Six], iteration: usize) -> System;
+    /// The end of the part, there.
+    fn found(&mut self, scratch: &Scratch, velocities: &[Six]) -> Found;
 }
 
 /// Advances all bodies by one step; step number and time are the caller's.
@@ -83,7 +108,12 @@ fn part(
     drive_work: &mut f64,
 ) -> Result<(), Stop> {
     let base: Vec<Base> = model.bodies().iter().zip(&state.bodies).map(|(b, s)| Base::of(b, s)).collect();
-    let Some(found) = solve(model, scratch, &base, time + length, length) else {
+    let whole = Part { model, base: &base, end: time + length, length };
+    let found = match model.integrator() {
+        Integrator::EnergyDecaying => whole.solve(EnergyDecaying::new(whole, scratch), scratch),
+        _ => whole.solve(BackwardEuler { part: whole }, scratch),
+    };
+    let Some(found) = found else {
         if depth == DEPTH_MAX {
             return Err(Stop::NoSolution { step: state.step + 1, part_s: length });
         }
@@ -105,11 +135,14 @@ fn part(
 impl Base {
     fn of(body: &Body, state: &schemas::state::BodyState) -> Base {
         let motion = Motion::of(state);
+        let frame = frame(body, &motion);
         Base {
             position: motion.position,
             orientation: motion.orientation,
-            velocity: motion.linear,
-            angular_momentum: momentum(body, &frame(body, &motion), &motion.angular),
+            linear: motion.linear,
+            angular: motion.angular,
+            angular_momentum: momentum(body, &frame, &motion.angular),
+            axis: frame.normal,
         }
     }
 }
@@ -120,141 +153,76 @@ fn frame(body: &Body, motion: &Motion) -> Circle {
 
 /// `I w`, World.
 fn momentum(body: &Body, frame: &Circle, angular: &Vec3) -> Vec3 {
-    let [i1, i2, i3] = body.inertia_kg_m2;
-    frame.u * (i1 * angular.dot(&frame.u))
-        + frame.w * (i2 * angular.dot(&frame.w))
-        + frame.normal * (i3 * angular.dot(&frame.normal))
+    along_axes(&body.inertia_kg_m2, frame, angular)
 }
 
 /// `I^-1 L`, World; 0 for a pinned body.
 fn spin_of(body: &Body, frame: &Circle, momentum: &Vec3) -> Vec3 {
-    let [j1, j2, j3] = body.inverse_inertia;
-    frame.u * (j1 * momentum.dot(&frame.u))
-        + frame.w * (j2 * momentum.dot(&frame.w))
-        + frame.normal * (j3 * momentum.dot(&frame.normal))
+    along_axes(&body.inverse_inertia, frame, momentum)
 }
 
-/// One step of a length that ends at a time.
-fn solve(model: &Model, scratch: &mut Scratch, base: &[Base], time: f64, length: f64) -> Option<Found> {
-    let mut iteration = Iteration { model, base, time, length };
-    let mut velocities: Vec<Six> = base
-        .iter()
-        .zip(model.bodies())
-        .map(|(base, body)| {
-            let motion = Motion {
-                position: base.position,
-                orientation: base.orientation,
-                linear: base.velocity,
-                angular: Vec3::zeros(),
-            };
-            let w = spin_of(body, &frame(body, &motion), &base.angular_momentum);
-            let v = base.velocity;
+fn along_axes([of_u, of_w, of_normal]: &[f64; 3], frame: &Circle, vector: &Vec3) -> Vec3 {
+    frame.u * (of_u * vector.dot(&frame.u))
+        + frame.w * (of_w * vector.dot(&frame.w))
+        + frame.normal * (of_normal * vector.dot(&frame.normal))
+}
+
+impl Part<'_> {
+    fn solve<E: Equations>(&self, mut equations: E, scratch: &mut Scratch) -> Option<Found> {
+        let start = |(base, body): (&Base, &Body)| {
+            let (v, w) = (base.linear, base.angular);
             if body.pinned { [0.0; 6] } else { [v.x, v.y, v.z, w.x, w.y, w.z] }
-        })
-        .collect();
-    let mut residual = iteration.residual(scratch, &velocities);
-    for _ in 0..ITERATIONS_MAX {
-        let system = iteration.system(scratch);
-        let negative: Vec<Six> = residual.iter().map(|r| r.map(|value| -value)).collect();
-        let mut change = system.solve(&negative);
-        iteration.limit(&mut change);
-        let downhill = dot(&change, &residual);
-        let mut share = 1.0;
-        let start = velocities.clone();
-        for trial in 0..6 {
-            velocities = moved(&start, &change, share);
-            residual = iteration.residual(scratch, &velocities);
-            let slope = dot(&change, &residual);
-            if !(slope > -0.5 * downhill) || trial == 5 {
-                break;
-            }
-            // Where the slope would be zero if it were straight.
-            let zero = share * downhill / (downhill - slope);
-            share = if zero > 0.1 * share { zero } else { 0.1 * share };
-        }
-        let (moved_by, fastest) = (iteration.fastest(&change) * share, iteration.fastest(&velocities));
-        let gravity = model.gravity().norm_squared().sqrt() * length;
-        if moved_by <= TOLERANCE * (fastest + gravity) {
-            return Some(iteration.found(scratch, &velocities));
-        }
-        if !moved_by.is_finite() {
-            return None;
-        }
-    }
-    None
-}
-
-fn moved(start: &[Six], change: &[Six], share: f64) -> Vec<Six> {
-    let add = |(start, change): (&Six, &Six)| core::array::from_fn(|i| start[i] + share * change[i]);
-    start.iter().zip(change).map(add).collect()
-}
-
-struct Iteration<'a> {
-    model: &'a Model,
-    base: &'a [Base],
-    time: f64,
-    length: f64,
-}
-
-fn halves(six: &Six) -> (Vec3, Vec3) {
-    (Vec3::new(six[0], six[1], six[2]), Vec3::new(six[3], six[4], six[5]))
-}
-
-impl Iteration<'_> {
-    fn motion(&self, index: usize, velocity: &Six) -> Motion {
-        let (linear, angular) = halves(velocity);
-        let base = &self.base[index];
-        Motion {
-            position: base.position + linear * self.length,
-            orientation: renormalised(rotation::exp(angular * self.length) * base.orientation),
-            linear,
-            angular,
-        }
-    }
-
-    /// What momentum lacks, for velocities; the forces at that place are in the scratch afterwards.
-    fn residual(&mut self, scratch: &mut Scratch, velocities: &[Six]) -> Vec<Six> {
-        let (model, length) = (self.model, self.length);
-        let Scratch { evaluation, moment, pool, .. } = scratch;
-        for (index, (body, velocity)) in model.bodies().iter().zip(velocities).enumerate() {
-            let motion = self.motion(index, velocity);
-            moment.circles[index] = frame(body, &motion);
-            moment.velocities[index] = Velocity { linear: motion.linear, angular: motion.angular };
-        }
-        motion::place(model, self.time, moment);
-        let slip = SlipMotion { since: (&moment.velocities, 0.0), kept: (&moment.velocities, 0.0) };
-        evaluation.evaluate(model, moment, &[], slip, pool.as_deref());
-        let lack = |(index, body): (usize, &Body)| {
-            if body.pinned {
-                return [0.0; 6];
-            }
-            let (base, wrench) = (&self.base[index], &evaluation.wrenches[index]);
-            let Velocity { linear, angular } = moment.velocities[index];
-            let force = wrench.force + model.gravity() * body.mass_kg - linear * drag(body, &linear);
-            let torque = wrench.torque - angular * body.axial_drag.drag;
-            let r = (linear - base.velocity) * body.mass_kg - force * length;
-            let turned = momentum(body, &moment.circles[index], &angular);
-            let t = turned - base.angular_momentum - torque * length;
-            [r.x, r.y, r.z, t.x, t.y, t.z]
         };
-        model.bodies().iter().enumerate().map(lack).collect()
+        let mut velocities: Vec<Six> = self.base.iter().zip(self.model.bodies()).map(start).collect();
+        equations.evaluate(scratch, &velocities);
+        for number in 0..ITERATIONS_MAX {
+            let system = equations.system(scratch, &velocities, number);
+            let mut residual = equations.residual(scratch, &velocities);
+            let negative: Vec<Six> = residual.iter().map(|r| r.map(|value| -value)).collect();
+            let mut change = system.solve(&negative);
+            self.limit(&mut change);
+            let downhill = dot(&change, &residual);
+            let mut share = 1.0;
+            let start = velocities.clone();
+            for trial in 0..6 {
+                velocities = moved(&start, &change, share);
+                equations.evaluate(scratch, &velocities);
+                residual = equations.residual(scratch, &velocities);
+                let slope = dot(&change, &residual);
+                if !(slope > -0.5 * downhill) || trial == 5 {
+                    break;
+                }
+                // Where the slope would be zero if it were straight.
+                let zero = share * downhill / (downhill - slope);
+                share = if zero > 0.1 * share { zero } else { 0.1 * share };
+            }
+            let (moved_by, fastest) = (self.fastest(&change) * share, self.fastest(&velocities));
+            let gravity = self.model.gravity().norm_squared().sqrt() * self.length;
+            if moved_by <= TOLERANCE * (fastest + gravity) {
+                return Some(equations.found(scratch, &velocities));
+            }
+            if !moved_by.is_finite() {
+                return None;
+            }
+        }
+        None
     }
 
-    /// The matrix at the place of the last evaluation.
-    fn system(&self, scratch: &Scratch) -> System {
-        let (model, moment) = (self.model, &scratch.moment);
+    /// The masses' part of the matrix: `per_mass` times mass and inertia, and drag over the part's length.
+    fn masses(&self, scratch: &Scratch, velocities: &[Six], per_mass: f64) -> System {
         let mut system = System::default();
-        for (index, body) in model.bodies().iter().enumerate() {
+        for (index, body) in self.model.bodies().iter().enumerate() {
             let mut block = [[0.0; 6]; 6];
             if body.pinned {
                 (0..6).for_each(|i| block[i][i] = 1.0);
             } else {
-                let linear = body.mass_kg + self.length * drag(body, &moment.velocities[index].linear);
-                (0..3).for_each(|i| block[i][i] = linear);
-                let circle = &moment.circles[index];
+                let linear = halves(&velocities[index]).0;
+                let entry = per_mass * body.mass_kg + self.length * drag(body, &linear);
+                (0..3).for_each(|i| block[i][i] = entry);
+                let circle = &scratch.moment.circles[index];
                 for column in 0..3 {
                     let mut unit = Vec3::zeros();
-                    unit[column] = 1.0;
+                    unit[column] = per_mass;
                     let inertia = momentum(body, circle, &unit);
                     (0..3).for_each(|row| block[3 + row][3 + column] = inertia[row]);
                     block[3 + column][3 + column] += self.length * body.axial_drag.drag;
@@ -262,8 +230,6 @@ impl Iteration<'_> {
             }
             system.diagonal.push(block);
         }
-        let pairs = scratch.evaluation.candidates(model, moment);
-        jacobian::add_contacts(model, moment, pairs, self.length, &mut system);
         system
     }
 
@@ -291,29 +257,23 @@ impl Iteration<'_> {
             change.iter_mut().flatten().for_each(|value| *value *= share);
         }
     }
+}
 
-    fn found(&self, scratch: &Scratch, velocities: &[Six]) -> Found {
-        let (model, moment) = (self.model, &scratch.moment);
-        let (drive, mut lost) = motion::power(model, moment, &scratch.evaluation);
-        let loses = Evaluation::loses(model);
-        let mut motions = Vec::with_capacity(velocities.len());
-        for (index, (body, velocity)) in model.bodies().iter().zip(velocities).enumerate() {
-            let motion = self.motion(index, velocity);
-            if !body.pinned {
-                lost += drag(body, &motion.linear) * motion.linear.norm_squared()
-                    + body.axial_drag.drag * motion.angular.norm_squared();
-                if loses {
-                    let wrench = &scratch.evaluation.lost[index];
-                    lost -= wrench.force.dot(&motion.linear) + wrench.torque.dot(&motion.angular);
-                }
-            }
-            motions.push(motion);
-        }
-        Found { motions, lost, drive }
-    }
+fn moved(start: &[Six], change: &[Six], share: f64) -> Vec<Six> {
+    let add = |(start, change): (&Six, &Six)| core::array::from_fn(|i| start[i] + share * change[i]);
+    start.iter().zip(change).map(add).collect()
+}
+
+fn halves(six: &Six) -> (Vec3, Vec3) {
+    (Vec3::new(six[0], six[1], six[2]), Vec3::new(six[3], six[4], six[5]))
 }
 
 /// The coefficient of drag at a velocity (kg/s).
 fn drag(body: &Body, linear: &Vec3) -> f64 {
     body.linear_drag.drag + body.quadratic_drag * linear.norm_squared().sqrt()
+}
+
+/// The power that drag takes at velocities (W).
+fn drag_power(body: &Body, linear: &Vec3, angular: &Vec3) -> f64 {
+    drag(body, linear) * linear.norm_squared() + body.axial_drag.drag * angular.norm_squared()
 }
