@@ -91,15 +91,28 @@ impl Impulse {
         sum
     }
 
-    /// What a kick of `verlet` gives the free bodies from outside.
-    pub(crate) fn of_kick(model: &Model, moment: &Moment, evaluation: &Evaluation) -> Impulse {
+    /// What a kick of `verlet` gives the free bodies from outside. `tops` is the mass of the free symmetric tops (kg)
+    /// and its moment about World's origin (kg m).
+    pub(crate) fn of_kick(
+        model: &Model,
+        moment: &Moment,
+        evaluation: &Evaluation,
+        tops: (f64, Vec3),
+    ) -> Impulse {
         let time_step = model.time().time_step_s;
         let mut sum = Impulse { kicks: 1, ..Impulse::ZERO };
         sum.add(&Impulse::of_holders(model, moment, evaluation), time_step);
         if !(model.features.gravity || model.features.drag) {
             return sum;
         }
-        let free = model.bodies().iter().enumerate().filter(|(_, body)| !body.pinned);
+        // Drag is each body's own; weight alone is that of all.
+        let mut first = 0;
+        if !model.features.drag {
+            sum.linear += model.gravity() * (tops.0 * time_step);
+            sum.angular += tops.1.cross(&(model.gravity() * time_step));
+            first = model.top_count();
+        }
+        let free = model.bodies().iter().enumerate().skip(first).filter(|(_, body)| !body.pinned);
         for (index, body) in free {
             let weight = model.gravity() * body.mass_kg;
             let mut given = weight * time_step;

@@ -148,7 +148,8 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -
 fn advance_verlet(model: &Model, state: &mut State, scratch: &mut Scratch) -> bool {
     slow(model, state, scratch);
     let finite = verlet::advance(model, state, scratch);
-    scratch.impulse.add(&Impulse::of_kick(model, &scratch.moment, &scratch.evaluation), 1.0);
+    let tops = scratch.verlet.free_mass();
+    scratch.impulse.add(&Impulse::of_kick(model, &scratch.moment, &scratch.evaluation, tops), 1.0);
     slow(model, state, scratch);
     finite
 }

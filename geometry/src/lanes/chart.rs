@@ -47,12 +47,7 @@ impl Chart {
             power *= half;
             *value *= power;
         }
-        Chart {
-            c,
-            scale: self.scale * half,
-            offset: self.offset + self.scale * middle,
-            ..*self
-        }
+        Chart { c, scale: self.scale * half, offset: self.offset + self.scale * middle, ..*self }
     }
 }
 
@@ -171,7 +166,8 @@ pub(super) fn charts<S: Simd>(
         let here = (1u32 << group.len()) - 1;
         let odd = sides.irregular & here;
         if odd != 0 {
-            irregular.extend((0..group.len()).filter(|lane| (odd >> lane) & 1 == 1).map(|n| (first + n) as u32));
+            irregular
+                .extend((0..group.len()).filter(|lane| (odd >> lane) & 1 == 1).map(|n| (first + n) as u32));
         }
         let here = here & !odd;
         let keep = [sides.sides[0].keep & here, sides.sides[1].keep & here];
@@ -319,12 +315,7 @@ impl<S: Simd> Side<S> {
 }
 
 #[inline(always)]
-fn store<S: Simd>(
-    numbers: &mut [[f64; LANES]; 7],
-    c: &[Lanes<S>; 5],
-    scale: Lanes<S>,
-    offset: Lanes<S>,
-) {
+fn store<S: Simd>(numbers: &mut [[f64; LANES]; 7], c: &[Lanes<S>; 5], scale: Lanes<S>, offset: Lanes<S>) {
     c[0].store_array(&mut numbers[0]);
     c[1].store_array(&mut numbers[1]);
     c[2].store_array(&mut numbers[2]);

@@ -73,7 +73,6 @@ fn kept<S: Simd>(simd: S, lines: &[Line], margin: f64, pairs: [(u32, u32); LANES
     let outside = mean - outer * outer;
     let inside = inner * inner - mean;
     let far_out = outside.simd_gt(zero) & (outside * outside).simd_gt(amplitude_squared);
-    let far_in =
-        inner.simd_gt(zero) & inside.simd_gt(zero) & (inside * inside).simd_gt(amplitude_squared);
+    let far_in = inner.simd_gt(zero) & inside.simd_gt(zero) & (inside * inside).simd_gt(amplitude_squared);
     !((far_a | far_b) | (far_out | far_in)).to_bitmask()
 }

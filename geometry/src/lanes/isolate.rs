@@ -233,12 +233,7 @@ struct Bracket<S: Simd> {
 /// Halley's method for both roots side by side. A lane stands still when it is done, so that it does not
 /// matter which others it runs with.
 #[inline(always)]
-fn roots<S: Simd>(
-    simd: S,
-    c: &[Lanes<S>; 5],
-    mut brackets: [Bracket<S>; 2],
-    here: u32,
-) -> [Bracket<S>; 2] {
+fn roots<S: Simd>(simd: S, c: &[Lanes<S>; 5], mut brackets: [Bracket<S>; 2], here: u32) -> [Bracket<S>; 2] {
     for bracket in &mut brackets {
         bracket.x = bracket.inside(bracket.x);
     }

@@ -318,9 +318,14 @@ pub fn columns<S: Simd>(simd: S, rows: [&[f64; 4]; LANES]) -> [Lanes<S>; 4] {
 #[inline(always)]
 pub fn columns_of<S: Simd>(rows: [Row<S>; LANES]) -> [Lanes<S>; 4] {
     let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p] = rows;
-    let quarters =
-        [transposed([a, b, c, d]), transposed([e, f, g, h]), transposed([i, j, k, l]), transposed([m, n, o, p])];
-    let column = |of: usize| Lanes::of_quarters([quarters[0][of], quarters[1][of], quarters[2][of], quarters[3][of]]);
+    let quarters = [
+        transposed([a, b, c, d]),
+        transposed([e, f, g, h]),
+        transposed([i, j, k, l]),
+        transposed([m, n, o, p]),
+    ];
+    let column =
+        |of: usize| Lanes::of_quarters([quarters[0][of], quarters[1][of], quarters[2][of], quarters[3][of]]);
     [column(0), column(1), column(2), column(3)]
 }
 
@@ -418,6 +423,13 @@ impl<S: Simd> Frames<S> {
         let e2 = cross.times(inverse);
         let g = pairs.normal_a.minus(&pairs.normal_b.times(cos)).times(inverse);
         let d = &pairs.from_b;
-        Frames { e2, g, cos, sin, inverse_sin: inverse, centre: [d.dot(&e2), d.dot(&g), d.dot(&pairs.normal_b)] }
+        Frames {
+            e2,
+            g,
+            cos,
+            sin,
+            inverse_sin: inverse,
+            centre: [d.dot(&e2), d.dot(&g), d.dot(&pairs.normal_b)],
+        }
     }
 }

@@ -94,7 +94,10 @@ impl Tally {
                 (point - middle).norm() < 1e-6 * (1.0 + a.radius)
                     && (other.half_tangent - arc.half_tangent()).abs() < 1e-6
             });
-            assert!(same || arcs.iter().count() > lanes.len() || arc.half_tangent() < 1e-6, "{index}: {arc:?}");
+            assert!(
+                same || arcs.iter().count() > lanes.len() || arc.half_tangent() < 1e-6,
+                "{index}: {arc:?}"
+            );
         }
     }
 }

@@ -16,10 +16,10 @@ use super::{Contact, direction};
 use crate::wrench::Velocity;
 use geometry::arc::RULES;
 use geometry::each_lane;
+use geometry::lanes::SimdBase;
 use geometry::lanes::{
     ArcSearch, Frames, LANES, LaneArc, Lanes, Line, PairLanes, Row, Simd, Vectors, columns, larger, rows_of,
 };
-use geometry::lanes::SimdBase;
 use geometry::{Circle, GaussRule};
 
 /// Below this a product of lengths is taken for 0 (m^2).
@@ -71,11 +71,7 @@ impl RingScene<'_> {
 
     /// Stiffness, rate damping and viscous damping of pairs.
     #[inline(always)]
-    fn law_lanes<S: Simd, const DAMPED: bool>(
-        &self,
-        simd: S,
-        pairs: [(u32, u32); LANES],
-    ) -> [Lanes<S>; 3] {
+    fn law_lanes<S: Simd, const DAMPED: bool>(&self, simd: S, pairs: [(u32, u32); LANES]) -> [Lanes<S>; 3] {
         if let [law] = self.laws {
             let numbers = [law.stiffness, law.rate_damping, law.viscous_damping];
             return [
@@ -262,8 +258,7 @@ impl<S: Simd> Push<S> {
         arcs: [&LaneArc; LANES],
         bodies: [(u32, u32); LANES],
     ) -> Push<S> {
-        let [mid_cos, mid_sin, half_tangent, _] =
-            columns(simd, each_lane!(lane => &arcs[lane].numbers));
+        let [mid_cos, mid_sin, half_tangent, _] = columns(simd, each_lane!(lane => &arcs[lane].numbers));
         let pairs = PairLanes::load(simd, scene.lines, bodies);
         let frame = Frames::of(&pairs);
         let zero = Lanes::splat(simd, 0.0);

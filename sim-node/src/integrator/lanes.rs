@@ -79,9 +79,8 @@ pub(crate) struct Constants {
     pub half_time: Lane,
     pub major_radius: Lane,
     pub spin_share: Lane,
-    pub mass: Lane,
-    pub inertia_axial: Lane,
-    pub inertia_transverse: Lane,
+    /// Mass (kg); 0 for a pinned body.
+    pub free_mass: Lane,
     pub inverse_mass: Lane,
     pub inverse_axial: Lane,
     pub inverse_transverse: Lane,
@@ -123,9 +122,7 @@ impl Constants {
             half_time: ZERO,
             major_radius: ZERO,
             spin_share: ZERO,
-            mass: ZERO,
-            inertia_axial: ZERO,
-            inertia_transverse: ZERO,
+            free_mass: ZERO,
             inverse_mass: ZERO,
             inverse_axial: ZERO,
             inverse_transverse: ZERO,
@@ -137,9 +134,7 @@ impl Constants {
             constants.half_time[lane] = if body.pinned { 0.0 } else { half_time };
             constants.major_radius[lane] = body.major_radius;
             constants.spin_share[lane] = body.spin_share;
-            constants.mass[lane] = body.mass_kg;
-            constants.inertia_axial[lane] = body.inertia_axial_kg_m2;
-            constants.inertia_transverse[lane] = body.inertia_transverse_kg_m2;
+            constants.free_mass[lane] = if body.pinned { 0.0 } else { body.mass_kg };
             constants.inverse_mass[lane] = body.inverse_mass;
             constants.inverse_axial[lane] = body.inverse_axial;
             constants.inverse_transverse[lane] = body.inverse_transverse;
