@@ -19,6 +19,7 @@ use geometry::{Circle, Vec3};
 use rayon::prelude::*;
 use schemas::scene::{ContactLaw, Integrator};
 use schemas::state::ContactState;
+use schemas::step::SurfaceSamples;
 
 /// Pairs in a chunk. Part of nothing: any value gives the same bits.
 const CHUNK_PAIRS: usize = 2048;
@@ -95,6 +96,7 @@ impl Chunk {
     fn others<const DAMPED: bool, const FRICTION: bool>(&mut self, scene: &Narrow, pairs: &[(u32, u32)]) {
         self.rings.forces.clear();
         self.forces.clear();
+        self.workspace.counts = SurfaceSamples::default();
         for &(a, b) in pairs {
             if scene.model.near(&scene.moment.circles, a, b) {
                 scene.pair::<DAMPED, FRICTION>(a, b, &mut self.workspace, &mut self.forces);
@@ -160,6 +162,15 @@ impl Evaluation {
         }
         contacts.sort_by_key(|&(a, b, contact)| (a, b, contact.arc));
         contacts
+    }
+
+    /// What the samples of the law `surface-integral` found; `None` where none are drawn.
+    pub(crate) fn surface_samples(&self, moment: &Moment) -> Option<SurfaceSamples> {
+        moment.random.as_ref()?;
+        // No pair is the kernel's under this law.
+        let mut sum = SurfaceSamples::default();
+        self.chunks[..self.chunk_count].iter().for_each(|chunk| sum += chunk.workspace.counts);
+        Some(sum)
     }
 
     /// Energy in all normal springs (J).

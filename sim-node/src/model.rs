@@ -38,6 +38,7 @@ pub struct Model {
     records_reactions: bool,
     linked_pairs: Vec<(u32, u32)>,
     holders: Vec<u32>,
+    free_mass_kg: f64,
     gravity: Vec3,
     time: Time,
     method: scene::Method,
@@ -227,6 +228,7 @@ impl Model {
             driven,
             records_reactions: scene.record.reactions,
             linked_pairs: Vec::new(),
+            free_mass_kg: bodies.iter().filter(|body| !body.pinned).map(|body| body.mass_kg).sum(),
             holders: (0..).zip(&bodies).filter(|(_, body)| body.pinned).map(|(number, _)| number).collect(),
             gravity: Vec3::from(gravity_m_per_s2),
             time: scene.time.clone(),
@@ -307,6 +309,11 @@ impl Model {
     /// The bodies that no force moves, pinned or driven, in order.
     pub(crate) fn holders(&self) -> &[u32] {
         &self.holders
+    }
+
+    /// Mass of all other bodies.
+    pub(crate) fn free_mass_kg(&self) -> f64 {
+        self.free_mass_kg
     }
 
     /// Acceleration of gravity (m/s^2), World.

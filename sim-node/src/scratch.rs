@@ -25,6 +25,8 @@ pub struct Scratch {
     pub(crate) drive_work_j: f64,
     /// What free bodies got from outside in the last step.
     pub(crate) impulse: Impulse,
+    /// Whether the torque of weight is among it: asked for where the step's angular momentum is audited.
+    pub(crate) with_torque: bool,
     /// Time from the last force evaluation to the state (s).
     pub(crate) evaluation_age_s: f64,
     pub(crate) verlet: VerletScratch,
@@ -63,6 +65,7 @@ impl Scratch {
             },
             drive_work_j: 0.0,
             impulse: Impulse::ZERO,
+            with_torque: false,
             evaluation_age_s: 0.0,
             verlet: VerletScratch::of(model),
             level: Level::new(),

@@ -86,7 +86,7 @@ pub enum Stop {
     /// More energy is there than can be: the time step is too long for what happens.
     #[error(
         "step {step}: {gained_j:.3e} J of energy came from nowhere, more than {share} of all that the motion \
-         had ({scale_j:.3e} J); take a smaller time.time_step_s or a softer material"
+         had ({scale_j:.3e} J){deepest}; take a smaller time.time_step_s or a softer material"
     )]
     EnergyGained {
         /// The step.
@@ -97,6 +97,8 @@ pub enum Stop {
         share: f64,
         /// The largest sum so far of kinetic energy, contact energy and change of gravity's (J).
         scale_j: f64,
+        /// Where it may come from: the deepest contact of the step, in words; empty without one.
+        deepest: String,
     },
 }
 
@@ -115,6 +117,7 @@ pub fn step(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(
     scratch.moment.random = model.random_of_step(state.step);
     scratch.drive_work_j = 0.0;
     scratch.impulse = Impulse::ZERO;
+    scratch.with_torque = momentum::is_angular(model, state.step + 1);
     let in_parts = model.method().on_risk == OnRisk::Subdivide && model.integrator() != Integrator::Dopri5;
     let finite =
         if in_parts { advance_in_parts(model, state, scratch)? } else { advance(model, state, scratch)? };
@@ -142,7 +145,8 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -
 fn advance_verlet(model: &Model, state: &mut State, scratch: &mut Scratch) -> bool {
     slow(model, state, scratch);
     let finite = verlet::advance(model, state, scratch);
-    scratch.impulse.add(&Impulse::of_kick(model, &scratch.moment, &scratch.evaluation), 1.0);
+    let given = Impulse::of_kick(model, &scratch.moment, &scratch.evaluation, scratch.with_torque);
+    scratch.impulse.add(&given, 1.0);
     slow(model, state, scratch);
     finite
 }

@@ -9,6 +9,7 @@ mod conservation;
 mod determinism;
 mod dopri5;
 mod drag;
+mod every_body;
 mod fall;
 mod friction;
 mod golden;
