@@ -5,6 +5,7 @@ use crate::forces::{Evaluation, Moment};
 use crate::integrator::explicit::Stages;
 use crate::integrator::verlet::VerletScratch;
 use crate::integrator::{dopri5, rk4};
+use crate::sleep::Asleep;
 use crate::wrench::Velocity;
 use geometry::lanes::Level;
 use geometry::{Circle, Vec3};
@@ -33,6 +34,8 @@ pub struct Scratch {
     /// with the step.
     pub(crate) parts: BTreeMap<usize, (Model, VerletScratch)>,
     pub(crate) pool: Option<rayon::ThreadPool>,
+    /// Who sleeps, where the scene lets islands sleep; the evaluation is that of the others then.
+    pub(crate) asleep: Option<Box<Asleep>>,
 }
 
 impl Scratch {
@@ -64,6 +67,7 @@ impl Scratch {
             stages: Stages::new(if stages > 0 { count } else { 0 }, stages),
             parts: BTreeMap::new(),
             pool: pool.flatten(),
+            asleep: None,
         }
     }
 
@@ -71,6 +75,17 @@ impl Scratch {
     /// counted in.
     pub fn force_evaluations(&self) -> u64 {
         self.evaluation.count
+    }
+
+    /// Forgets who sleeps.
+    pub(crate) fn wake(&mut self, model: &Model) {
+        if self.asleep.take().is_some() {
+            let count = self.evaluation.count;
+            self.evaluation = Evaluation::new(model);
+            self.evaluation.count = count;
+            self.verlet = VerletScratch::of(model);
+            self.parts.clear();
+        }
     }
 
     /// Takes friction's springs over into the state, in pair order.
