@@ -15,6 +15,7 @@ mod estimate;
 mod forces;
 mod integrator;
 mod model;
+mod momentum;
 mod motion;
 mod name;
 mod narrow;
@@ -36,6 +37,7 @@ mod wrench;
 
 pub use body::{Body, Shape};
 pub use model::{BodyName, Compile, HalfSpace, Model, ModelError};
+pub use momentum::Unexplained;
 pub use record::{Records, audit, check_audit, mechanical_energy};
 pub use scratch::Scratch;
 pub use state::{State, StateMismatch};

@@ -37,6 +37,7 @@ pub struct Model {
     driven: Vec<Driven>,
     records_reactions: bool,
     linked_pairs: Vec<(u32, u32)>,
+    holders: Vec<u32>,
     gravity: Vec3,
     time: Time,
     method: scene::Method,
@@ -136,6 +137,7 @@ impl Model {
     pub(crate) fn with_pins(&self, pinned: &[bool]) -> Model {
         let mut model = self.clone();
         model.bodies.iter_mut().zip(pinned).filter(|(_, pin)| **pin).for_each(|(body, _)| body.pin());
+        model.holders = holders(&model.bodies);
         model
     }
 
@@ -230,6 +232,7 @@ impl Model {
             driven,
             records_reactions: scene.record.reactions,
             linked_pairs: Vec::new(),
+            holders: holders(&bodies),
             gravity: Vec3::from(gravity_m_per_s2),
             time: scene.time.clone(),
             method: scene.method.clone(),
@@ -304,6 +307,11 @@ impl Model {
     /// The pairs of rings that are linked at the start, in order.
     pub fn linked_pairs(&self) -> &[(u32, u32)] {
         &self.linked_pairs
+    }
+
+    /// The bodies that no force moves, pinned or driven, in order.
+    pub(crate) fn holders(&self) -> &[u32] {
+        &self.holders
     }
 
     /// Acceleration of gravity (m/s^2), World.
@@ -480,4 +488,9 @@ impl Model {
         };
         poses.iter().zip(&self.bodies).map(circle).collect()
     }
+}
+
+/// The pinned and driven bodies.
+fn holders(bodies: &[Body]) -> Vec<u32> {
+    (0..).zip(bodies).filter(|(_, body)| body.pinned).map(|(number, _)| number).collect()
 }

@@ -310,7 +310,9 @@ fn simulate(
         end.chained_hash = record.chained_hash;
         progress(Progress { steps: state.step, step_count, sim_time_s: state.sim_time_s });
         let linked = record.audit.map_or(Ok(()), |audit| check_audit(model, &state, &audit));
-        if let Err(reason) = linked.and_then(|()| records.check_energy(&record)) {
+        if let Err(reason) =
+            linked.and_then(|()| records.check_momentum()).and_then(|()| records.check_energy(&record))
+        {
             end.outcome = Outcome::Stopped(reason.to_string());
             return Ok(end);
         }

@@ -3,6 +3,7 @@
 use crate::Model;
 use crate::body::Body;
 use crate::broad::{self, Method};
+use crate::momentum;
 use crate::stability::Bound;
 use schemas::plan::Plan;
 use schemas::scene::{ContactLaw, Integrator, OnRisk, Scene};
@@ -143,6 +144,11 @@ pub(crate) fn make(scene: &Scene, model: &Model, everything: bool) -> (Features,
     }
     plan.push("audit/links", free_rings > 0 && rings > 1, counts.clone());
     plan.push("audit/gap", contact, counts);
+    let reason = match momentum::left_out(model) {
+        Some(reason) => reason.to_owned(),
+        None => format!("{} free bodies", free(0..model.body_count())),
+    };
+    plan.push("audit/momentum", momentum::left_out(model).is_none(), reason);
     (Features { gravity, drag, quadratic_drag, damping, friction }, plan)
 }
 

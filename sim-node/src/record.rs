@@ -1,6 +1,7 @@
 //! The diary of a run: one record for each step, and the state's message.
 
 use crate::contact::Contact;
+use crate::momentum::{self, Momentum, Unexplained};
 use crate::overlap::gap;
 use crate::reaction::reactions;
 use crate::state::Motion;
@@ -31,6 +32,9 @@ struct EnergyAudit {
 pub struct Records {
     chained_hash: Hash,
     energy: Option<EnergyAudit>,
+    /// Momentum at the last record, and its step.
+    momentum: Option<(u64, Momentum)>,
+    unexplained: Option<Unexplained>,
     /// Work of prescribed motions since the first record (J).
     drive_work: f64,
     /// The message of the last recorded state.
@@ -42,7 +46,15 @@ pub struct Records {
 impl Records {
     /// Records for a run that starts ([`Hash::default`]) or goes on from a step with this chained hash.
     pub fn after(chained_hash: Hash) -> Records {
-        Records { chained_hash, energy: None, drive_work: 0.0, message: Vec::new(), stage: Vec::new() }
+        Records {
+            chained_hash,
+            energy: None,
+            momentum: None,
+            unexplained: None,
+            drive_work: 0.0,
+            message: Vec::new(),
+            stage: Vec::new(),
+        }
     }
 
     /// The message of the last recorded state: the bytes of the topic `state` and of the log.
@@ -67,7 +79,7 @@ impl Records {
         self.chained_hash = chain(&self.chained_hash, &state_hash);
         let time = model.time();
         let audited = time.is_audited(state.step);
-        let (kinetic_energy_j, gravity_energy_j) = mechanical_energy(model, state);
+        let Sums { kinetic: kinetic_energy_j, gravity: gravity_energy_j, momentum } = sums(model, state);
         if self.energy.is_some() {
             self.drive_work += scratch.drive_work_j;
         }
@@ -80,6 +92,14 @@ impl Records {
             contacts.sort_by_key(|&(a, b, contact)| (a, b, contact.arc));
         }
         let (penetration_m, penetration_beyond_bound) = penetration(model, &contacts);
+        let before = self.momentum.replace((state.step, momentum));
+        self.unexplained = match &before {
+            Some((step, before)) if step + 1 == state.step && momentum::left_out(model).is_none() => {
+                let sums = [before, &momentum];
+                Some(Unexplained::of(model, state.step, sums, &scratch.impulse, &contacts))
+            }
+            _ => None,
+        };
         StepRecord {
             step: state.step,
             sim_time_s: state.sim_time_s,
@@ -131,6 +151,21 @@ impl Records {
             return Err(Stop::EnergyGained { step: record.step, gained_j, share, scale_j });
         }
         Ok(())
+    }
+
+    /// What the last step changed of the free bodies' momentum without a force; `None` where it is not audited, and for
+    /// a step that does not follow the last record.
+    pub fn unexplained(&self) -> Option<Unexplained> {
+        self.unexplained
+    }
+
+    /// Whether the momentum of the step just recorded lets the run go on.
+    ///
+    /// # Errors
+    ///
+    /// [`Stop::MomentumGained`] if it changed by more than forces from outside and rounding explain.
+    pub fn check_momentum(&self) -> Result<(), Stop> {
+        self.unexplained.map_or(Ok(()), |unexplained| unexplained.check())
     }
 
     fn stages(
@@ -198,18 +233,31 @@ fn put(bytes: &mut Vec<u8>, values: &[f64]) {
 /// Kinetic energy, and potential energy in the field of gravity (zero at World's origin), in joules, of all
 /// bodies but those on prescribed motions: theirs is the drive's.
 pub fn mechanical_energy(model: &Model, state: &State) -> (f64, f64) {
-    let (mut kinetic, mut gravity) = (0.0, 0.0);
+    let sums = sums(model, state);
+    (sums.kinetic, sums.gravity)
+}
+
+/// Sums over the bodies.
+struct Sums {
+    kinetic: f64,
+    gravity: f64,
+    momentum: Momentum,
+}
+
+fn sums(model: &Model, state: &State) -> Sums {
+    let mut sums = Sums { kinetic: 0.0, gravity: 0.0, momentum: Momentum::ZERO };
     for (body, pose) in model.bodies().iter().zip(&state.bodies) {
         if body.driven {
             continue;
         }
         let motion = Motion::of(pose);
         let (u, w, normal) = rotation::axes(&motion.orientation);
-        kinetic += 0.5 * body.mass_kg * motion.linear.norm_squared()
+        sums.momentum.add(body, &motion, (&u, &w, &normal));
+        sums.kinetic += 0.5 * body.mass_kg * motion.linear.norm_squared()
             + body.rotational_energy((&u, &w, &normal), &motion.angular);
-        gravity -= body.mass_kg * model.gravity().dot(&motion.position);
+        sums.gravity -= body.mass_kg * model.gravity().dot(&motion.position);
     }
-    (kinetic, gravity)
+    sums
 }
 
 /// Energy in the normal springs at the state (J): that of the last evaluation, less the elastic forces'

@@ -1,12 +1,13 @@
 //! Memory that a step works in, made once.
 
-use crate::Model;
 use crate::forces::{Evaluation, Moment};
 use crate::integrator::explicit::Stages;
 use crate::integrator::verlet::VerletScratch;
 use crate::integrator::{dopri5, rk4};
+use crate::momentum::Impulse;
 use crate::sleep::Asleep;
 use crate::wrench::Velocity;
+use crate::{Model, risk};
 use geometry::lanes::Level;
 use geometry::{Circle, Vec3};
 use schemas::scene::Integrator;
@@ -23,6 +24,8 @@ pub struct Scratch {
     pub(crate) moment: Moment,
     /// Work of prescribed motions in the last step (J).
     pub(crate) drive_work_j: f64,
+    /// What free bodies got from outside in the last step.
+    pub(crate) impulse: Impulse,
     /// Time from the last force evaluation to the state (s).
     pub(crate) evaluation_age_s: f64,
     pub(crate) verlet: VerletScratch,
@@ -33,6 +36,7 @@ pub struct Scratch {
     /// The model with a step halved so many times, where the step is subdivided, and the memory that goes
     /// with the step.
     pub(crate) parts: BTreeMap<usize, (Model, VerletScratch)>,
+    pub(crate) risk: risk::Workspace,
     pub(crate) pool: Option<rayon::ThreadPool>,
     /// Who sleeps, where the scene lets islands sleep; the evaluation is that of the others then.
     pub(crate) asleep: Option<Box<Asleep>>,
@@ -61,11 +65,13 @@ impl Scratch {
                 random: None,
             },
             drive_work_j: 0.0,
+            impulse: Impulse::ZERO,
             evaluation_age_s: 0.0,
             verlet: VerletScratch::of(model),
             level: Level::new(),
             stages: Stages::new(if stages > 0 { count } else { 0 }, stages),
             parts: BTreeMap::new(),
+            risk: risk::Workspace::default(),
             pool: pool.flatten(),
             asleep: None,
         }

@@ -17,8 +17,8 @@
 //! # Staying asleep
 //! An island sleeps through a step if all its velocities are zero, nothing that moves is near it, and the forces on each
 //! body at rest, contacts and gravity, would accelerate it by less than that. The step is then made with its bodies as
-//! if pinned. A body that comes near within a step is noticed at the start of the next; bounding spheres
-//! overlap before wires touch.
+//! if pinned. Near is what a bounding sphere overlaps that is widened by twice the way of the step: a body that is thrown
+//! farther than that by a force within one step meets pinned bodies in it, and wakes them at the next.
 //!
 //! # Limits
 //! A motion slower than both thresholds is stopped: a slow slide without friction, the last swings of a pendulum.
@@ -30,10 +30,13 @@ use crate::integrator::verlet::VerletScratch;
 use crate::state::Motion;
 use crate::step::{Stop, advance_whole};
 use crate::wrench::Velocity;
-use crate::{Model, Scratch, State};
+use crate::{Model, Scratch, State, broad};
 use geometry::{Circle, Vec3, rotation};
 use schemas::scene::Sleep;
 use schemas::state::{BodyState, ContactState};
+
+/// Moving bodies up to which looking at each of them with all that rest is cheapest.
+const FEW: usize = 16;
 
 /// What is known of the sleeping bodies.
 pub(crate) struct Asleep {
@@ -63,7 +66,7 @@ pub(crate) fn advance(
     state: &mut State,
     scratch: &mut Scratch,
 ) -> Result<bool, Stop> {
-    let known = scratch.asleep.take().filter(|asleep| asleep.holds(model, state, scratch));
+    let known = scratch.asleep.take().filter(|asleep| asleep.holds(model, state));
     let asleep = known.unwrap_or_else(|| Box::new(Asleep::find(model, limits, state, scratch)));
     let mut finite = true;
     if asleep.awake > 0 {
@@ -83,8 +86,8 @@ pub(crate) fn advance(
 }
 
 impl Asleep {
-    /// Whether it is still those that sleep. The scratch's circles of all that moves are those of the state afterwards.
-    fn holds(&self, model: &Model, state: &State, scratch: &mut Scratch) -> bool {
+    /// Whether it is still those that sleep.
+    fn holds(&self, model: &Model, state: &State) -> bool {
         let same = |index: usize, body: &BodyState| {
             let asleep = self.bodies[index];
             let still = !model.bodies()[index].pinned && is_still(body);
@@ -97,22 +100,7 @@ impl Asleep {
         if !resting.eq(&self.springs) {
             return false;
         }
-        if self.resting_count() == 0 {
-            return true;
-        }
-        for (index, body) in state.bodies.iter().enumerate().filter(|(index, _)| !self.bodies[*index]) {
-            scratch.moment.circles[index] = circle(&model.bodies()[index], body);
-        }
-        let Scratch { evaluation, moment, .. } = scratch;
-        if self.awake > 0 {
-            evaluation.neighbours.update(&self.model, &moment.circles);
-        }
-        let sleeps = |body: u32| self.bodies.get(body as usize).is_some_and(|asleep| *asleep);
-        let moves = |body: u32| self.model.bodies().get(body as usize).is_some_and(|body| !body.pinned);
-        let woken = evaluation
-            .candidates(&self.model, moment)
-            .any(|&(a, b)| (sleeps(a) && moves(b)) || (sleeps(b) && moves(a)));
-        !woken && !self.bodies.iter().enumerate().any(|(b, asleep)| *asleep && near_driven(model, moment, b))
+        met(model, &state.bodies, &self.bodies).is_empty()
     }
 
     fn resting_count(&self) -> usize {
@@ -150,6 +138,9 @@ impl Asleep {
                 let angular = body.angular_acceleration(&moment.circles[index], &zero, &wrench.torque);
                 // A force that is no number lets nobody sleep.
                 *quiet = surface(body, &linear, &angular) <= limits.acceleration_m_per_s2;
+            }
+            for body in met(model, &state.bodies, &quiet) {
+                quiet[body] = false;
             }
             spread(model, &all, moment, &mut quiet);
         }
@@ -215,6 +206,12 @@ impl Asleep {
             if quiet[index] && !self.bodies[index] {
                 let (of, motion) = (&model.bodies()[index], Motion::of(body));
                 let (u, w, normal) = rotation::axes(&motion.orientation);
+                let [i1, i2, i3] = of.inertia_kg_m2;
+                let (push, spin) = (motion.linear * of.mass_kg, &motion.angular);
+                let turn = u * (i1 * u.dot(spin)) + w * (i2 * w.dot(spin)) + normal * (i3 * normal.dot(spin));
+                // For the momentum audit.
+                scratch.impulse.linear -= push;
+                scratch.impulse.angular -= motion.position.cross(&push) + turn;
                 state.dissipated_energy_j += 0.5 * of.mass_kg * motion.linear.norm_squared()
                     + of.rotational_energy((&u, &w, &normal), &motion.angular);
                 body.linear_velocity_m_per_s = [0.0; 3];
@@ -222,6 +219,56 @@ impl Asleep {
             }
         }
     }
+}
+
+/// Which of the bodies at rest a moving one may touch within the step: those that it overlaps with a bounding sphere
+/// widened by twice its way and a fiftieth of its radius.
+fn met(model: &Model, bodies: &[BodyState], rests: &[bool]) -> Vec<usize> {
+    let moves = |body: usize| {
+        let of = &model.bodies()[body];
+        !rests[body] && (of.driven || !of.pinned)
+    };
+    let movers: Vec<usize> = (0..bodies.len()).filter(|&body| moves(body)).collect();
+    let mut found = Vec::new();
+    if movers.is_empty() || !rests.iter().any(|rests| *rests) {
+        return found;
+    }
+    let centre = |body: usize| Vec3::from(bodies[body].position_m);
+    let reach = |body: usize| {
+        let (of, motion) = (&model.bodies()[body], Motion::of(&bodies[body]));
+        let way = surface(of, &motion.linear, &motion.angular) * model.time().time_step_s;
+        of.bounding_radius + if rests[body] { 0.0 } else { 2.0 * way + 0.02 * of.bounding_radius }
+    };
+    if movers.len() <= FEW {
+        let widened: Vec<(Vec3, f64)> = movers.iter().map(|&mover| (centre(mover), reach(mover))).collect();
+        let near = |body: usize, (at, radius): &(Vec3, f64)| {
+            let both = model.bodies()[body].bounding_radius + radius;
+            (centre(body) - at).norm_squared() < both * both
+        };
+        let resting = (0..bodies.len()).filter(|&body| rests[body]);
+        found.extend(resting.filter(|&body| widened.iter().any(|mover| near(body, mover))));
+        return found;
+    }
+    let centres: Vec<Vec3> = (0..bodies.len()).map(centre).collect();
+    let radii: Vec<f64> = (0..bodies.len()).map(reach).collect();
+    let mut pairs = Vec::new();
+    broad::find_pairs(
+        model.broad_phase(),
+        &centres,
+        &radii,
+        0.0,
+        &mut broad::Workspace::default(),
+        &mut pairs,
+    );
+    for (a, b) in pairs {
+        let (a, b) = (a as usize, b as usize);
+        if rests[a] && moves(b) {
+            found.push(a);
+        } else if rests[b] && moves(a) {
+            found.push(b);
+        }
+    }
+    found
 }
 
 /// Leaves only whole islands quiet: those without a body that is not, and without a driven one near.

@@ -3,6 +3,7 @@
 use crate::forces::SlipMotion;
 use crate::integrator::{dopri5, implicit, rk4, verlet};
 use crate::model::BodyName;
+use crate::momentum::{self, Impulse};
 use crate::state::Motion;
 use crate::subdivide::advance_in_parts;
 use crate::{Model, Scratch, State, drag, motion, sleep, wrench::Velocity};
@@ -66,6 +67,22 @@ pub enum Stop {
         /// Its error over the tolerated one.
         error: f64,
     },
+    /// Momentum changed by more than all forces together and rounding explain: a fault of the program or the machine.
+    #[error(
+        "step {step}: {gained:.3e} {what} came from nowhere: gravity, drag, pinned and driven bodies and planes did not \
+         give it, and rounding explains at most {allowed:.3e}; this is a fault of the program or of the machine, not of the \
+         scene: see whether `chainmail verify` makes the same states from the log, and report it"
+    )]
+    MomentumGained {
+        /// The step.
+        step: u64,
+        /// Unit and quantity: momentum or angular momentum.
+        what: &'static str,
+        /// What is not explained, in that unit.
+        gained: f64,
+        /// What rounding explains at most.
+        allowed: f64,
+    },
     /// More energy is there than can be: the time step is too long for what happens.
     #[error(
         "step {step}: {gained_j:.3e} J of energy came from nowhere, more than {share} of all that the motion \
@@ -97,6 +114,7 @@ pub fn step(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(
     assert_eq!(scratch.moment.circles.len(), model.body_count(), "bodies of the scratch and of the model");
     scratch.moment.random = model.random_of_step(state.step);
     scratch.drive_work_j = 0.0;
+    scratch.impulse = Impulse::ZERO;
     let finite = match &model.method().sleep {
         None => advance_whole(model, state, scratch)?,
         Some(limits) => sleep::advance(model, limits, state, scratch)?,
@@ -130,15 +148,20 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -
 /// A step of `verlet`, between two half steps of quadratic drag where there is any. Returns whether all
 /// numbers are finite.
 fn advance_verlet(model: &Model, state: &mut State, scratch: &mut Scratch) -> bool {
-    let half = 0.5 * model.time().time_step_s;
-    if model.features.quadratic_drag {
-        state.dissipated_energy_j += drag::slow(model, state, half);
-    }
+    slow(model, state, scratch);
     let finite = verlet::advance(model, state, scratch);
-    if model.features.quadratic_drag {
-        state.dissipated_energy_j += drag::slow(model, state, half);
-    }
+    scratch.impulse.add(&Impulse::of_kick(model, &scratch.moment, &scratch.evaluation), 1.0);
+    slow(model, state, scratch);
     finite
+}
+
+/// Half a step of quadratic drag, where there is any.
+fn slow(model: &Model, state: &mut State, scratch: &mut Scratch) {
+    if model.features.quadratic_drag {
+        let before = momentum::linear(model, state);
+        state.dissipated_energy_j += drag::slow(model, state, 0.5 * model.time().time_step_s);
+        scratch.impulse.linear += momentum::linear(model, state) - before;
+    }
 }
 
 /// Evaluates the contact forces at a state without moving it, so that the state can be recorded: needed for

@@ -23,11 +23,11 @@ pub(crate) fn advance_in_parts(
 ) -> Result<bool, Stop> {
     const WHOLE: u64 = 1 << DEPTH_MAX;
     let stable = stability::AUTO_SHARE * model.largest_time_step_s();
+    let longest = if stable < model.time().time_step_s { stable } else { model.time().time_step_s };
     let (start, mut drive_work) = (state.sim_time_s, 0.0);
     let mut done = 0;
     while done < WHOLE {
-        let passing = risk::longest_step(model, &state.bodies);
-        let limit = if passing < stable { passing } else { stable };
+        let limit = risk::longest_step(model, &state.bodies, longest, &mut scratch.risk);
         let mut depth = 0;
         while depth < DEPTH_MAX && !(done % (WHOLE >> depth) == 0 && part(model, depth) <= limit) {
             depth += 1;

@@ -17,8 +17,8 @@
 //! or the first begins the next inner step is sized anew, from the slopes of the other side. All other kinks,
 //! as in a sheet that always touches somewhere, are left to the error estimate: a step across one is refused until it
 //! is so short that the kink's error is tolerated. Measured on bouncing balls (`tests/sim/dopri5.rs`). No inner
-//! step moves two surfaces by more than a quarter of the thinnest wires' radii together (`risk`), so none passes over a
-//! contact.
+//! step moves two bodies against each other by more than a quarter of both wires' radii together once they may touch
+//! (`risk`), so none passes over a contact.
 //!
 //! # Source
 //! J. R. Dormand, P. J. Prince, "A family of embedded Runge-Kutta formulae", J. Comp. Appl. Math. 6 (1980),
@@ -70,10 +70,10 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -
     let (mut done, mut refused) = (0.0, false);
     let mut touches = scratch.evaluation.touches();
     while done < whole {
-        let limit = risk::longest_step(model, &state.bodies);
+        let limit = risk::longest_step(model, &state.bodies, time_step, &mut scratch.risk);
         // A speed that is not finite goes on to the check that names it.
-        let hopeless = !(limit > SHORTEST * whole);
-        if time_step > limit {
+        let hopeless = limit < time_step && !(limit > SHORTEST * whole);
+        if limit < time_step {
             time_step = limit;
         }
         if !touches && let Some(flight) = flight(model, scratch, time_step) {
@@ -127,14 +127,14 @@ fn evaluate(stage: usize, time_step: f64, model: &Model, state: &State, scratch:
 fn accept(time_step: f64, model: &Model, state: &mut State, scratch: &mut Scratch) {
     let time = scratch.stages.time + time_step;
     scratch.drive_work_j += scratch.stages.drive_work(&TABLEAU, time_step);
+    scratch.stages.add_impulse(&TABLEAU, time_step, &mut scratch.impulse);
     state.dissipated_energy_j += scratch.stages.finish(&TABLEAU, time_step, model, state);
     scratch.keep_springs(&mut state.contacts);
     motion::store(model, time, &mut state.bodies);
     let stages = &mut scratch.stages;
     stages.start_at(state);
     stages.time = time;
-    stages.slopes.swap(0, TABLEAU.rows.len() - 1);
-    stages.drive.swap(0, TABLEAU.rows.len() - 1);
+    stages.reuse_last();
     for (slope, point) in stages.slopes[0].iter_mut().zip(&stages.start) {
         let w = slope.velocity.angular;
         // The end's quaternion has been normalised since.

@@ -13,6 +13,7 @@
 
 use crate::body::Body;
 use crate::forces::{Evaluation, Moment, SlipMotion};
+use crate::momentum::Impulse;
 use crate::state::Motion;
 use crate::wrench::{Velocity, Wrench};
 use crate::{Model, State, motion};
@@ -114,6 +115,8 @@ pub(crate) struct Stages {
     pub slopes: Vec<Vec<Slope>>,
     /// Power of prescribed motions in each stage (W).
     pub drive: Vec<f64>,
+    /// Force on all free bodies from outside in each stage.
+    outside: Vec<Impulse>,
     /// Mean velocities of friction's springs up to this stage, and over the whole step.
     since: Vec<Velocity>,
     kept: Vec<Velocity>,
@@ -138,6 +141,7 @@ impl Stages {
             start: vec![point; count],
             slopes: vec![vec![Slope::ZERO; count]; stages],
             drive: vec![0.0; stages],
+            outside: vec![Impulse::ZERO; stages],
             since: vec![Velocity::ZERO; count],
             kept: vec![Velocity::ZERO; count],
         }
@@ -219,6 +223,7 @@ impl Stages {
             };
             *slope = at.slope(&slope.orientation);
         }
+        self.outside[stage] = Impulse::of_stage(model, moment, evaluation);
         self.drive[stage] = 0.0;
         for index in model.driven().iter().map(|driven| driven.body as usize) {
             let (drive, lost) = motion::power_at(index, model, moment, evaluation);
@@ -230,6 +235,22 @@ impl Stages {
     /// Work of prescribed motions over the step (J).
     pub(crate) fn drive_work(&self, tableau: &Tableau, time_step: f64) -> f64 {
         self.drive.iter().zip(tableau.weights).map(|(drive, weight)| drive * weight * time_step).sum()
+    }
+
+    /// Adds what free bodies get from outside over the step.
+    pub(crate) fn add_impulse(&self, tableau: &Tableau, time_step: f64, sum: &mut Impulse) {
+        for (outside, weight) in self.outside.iter().zip(tableau.weights) {
+            sum.add(outside, weight * time_step);
+        }
+        sum.kicks += 1;
+    }
+
+    /// The last stage is the first one of the next step.
+    pub(crate) fn reuse_last(&mut self) {
+        let last = self.slopes.len() - 1;
+        self.slopes.swap(0, last);
+        self.drive.swap(0, last);
+        self.outside.swap(0, last);
     }
 
     /// Moves all bodies to the end of the step. Returns the energy lost (J).

@@ -18,13 +18,14 @@ pub(crate) const TABLEAU: Tableau = Tableau {
 /// Advances all bodies and contacts by one step; step number and time are the caller's.
 pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) {
     let time_step = model.time().time_step_s;
-    let Scratch { evaluation, moment, stages, pool, drive_work_j, .. } = scratch;
+    let Scratch { evaluation, moment, stages, pool, drive_work_j, impulse, .. } = scratch;
     stages.start_at(state);
     let mut setting = Setting { model, evaluation, moment, pool: pool.as_ref(), springs: &state.contacts };
     for stage in 0..TABLEAU.rows.len() {
         stages.evaluate(&TABLEAU, stage, time_step, &mut setting);
     }
     *drive_work_j = stages.drive_work(&TABLEAU, time_step);
+    stages.add_impulse(&TABLEAU, time_step, impulse);
     state.dissipated_energy_j += stages.finish(&TABLEAU, time_step, model, state);
     scratch.keep_springs(&mut state.contacts);
     scratch.evaluation_age_s = 0.0;

@@ -74,6 +74,7 @@ impl Run {
         for _ in 0..count {
             step(&self.model, &mut self.state, &mut self.scratch)?;
             let record = self.records.record(&self.model, &self.state, &self.scratch);
+            self.records.check_momentum()?;
             self.records.check_energy(&record)?;
             sim_node::check_audit(&self.model, &self.state, &sim_node::audit(&self.model, &self.state))?;
         }

@@ -15,6 +15,7 @@ mod golden;
 mod implicit;
 mod laws;
 mod material;
+mod momentum;
 mod motion;
 mod node;
 mod refusals;

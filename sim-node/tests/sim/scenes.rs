@@ -28,6 +28,7 @@ fn every_scene_starts_well() {
             run.step();
             let record = records_at(&mut records, &run);
             records.check_energy(&record).unwrap_or_else(|stop| panic!("{name}: {stop}"));
+            records.check_momentum().unwrap_or_else(|stop| panic!("{name}: {stop}"));
         }
         let found = audit(&run.model, &run.state);
         println!(

@@ -83,10 +83,14 @@ fn a_settled_sheet_sleeps_and_costs_next_to_nothing() {
         let steps = settle(&mut run);
         awake.steps(steps);
         let (rest, springs) = (run.state.bodies.clone(), run.state.contacts.clone());
+        // The shortest of ten, as other work on the machine only makes them longer.
         let seconds = |run: &mut Run| {
-            let start = Instant::now();
-            run.steps(400);
-            start.elapsed().as_secs_f64()
+            let each = (0..10).map(|_| {
+                let start = Instant::now();
+                run.steps(40);
+                start.elapsed().as_secs_f64()
+            });
+            each.fold(f64::INFINITY, |least, x| if x < least { x } else { least })
         };
         let (asleep_s, awake_s) = (seconds(&mut run), seconds(&mut awake));
         assert_eq!(run.state.bodies[..36], rest[..36], "rings stay where they are");
@@ -226,4 +230,23 @@ fn islands_sleep_alike_on_any_number_of_threads() {
     for threads in [2, 3] {
         assert_eq!(run(threads), one, "{threads} threads");
     }
+}
+
+#[test]
+fn audits_hold_while_islands_fall_asleep() {
+    let mut run = Run::new(&balls());
+    let mut records = Records::after(Hash::default());
+    evaluate(&run.model, &run.state, &mut run.scratch);
+    let first = records.record(&run.model, &run.state, &run.scratch);
+    records.check_energy(&first).unwrap();
+    let mut fell_asleep = 0;
+    for _ in 0..2400 {
+        let before = still(&run);
+        run.step();
+        fell_asleep += usize::from(still(&run) > before);
+        let record = records.record(&run.model, &run.state, &run.scratch);
+        records.check_momentum().unwrap();
+        records.check_energy(&record).unwrap();
+    }
+    assert!(fell_asleep > 0);
 }
