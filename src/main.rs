@@ -24,7 +24,13 @@ mod replay;
 #[cfg(feature = "render")]
 mod rerender;
 mod run;
+#[cfg(feature = "movie")]
+mod sheet;
+#[cfg(feature = "render")]
+mod shorthand;
 mod sim;
+#[cfg(feature = "render")]
+mod still_frames;
 mod verify;
 
 use clap::{Parser, Subcommand};
@@ -71,6 +77,9 @@ enum Verb {
     /// Render a log again with other camera, light, looks or film
     #[cfg(feature = "render")]
     Rerender(rerender::Arguments),
+    /// Make one picture of several frames of a log
+    #[cfg(feature = "movie")]
+    Sheet(sheet::Arguments),
     /// Simulate a log's scene again and compare every step
     Verify(verify::Arguments),
     /// Find the first difference of two logs
@@ -94,6 +103,8 @@ fn main() -> ExitCode {
         Verb::Replay(arguments) => replay::run(&arguments),
         #[cfg(feature = "render")]
         Verb::Rerender(arguments) => rerender::run(&arguments),
+        #[cfg(feature = "movie")]
+        Verb::Sheet(arguments) => sheet::run(&arguments),
         Verb::Verify(arguments) => verify::run(&arguments),
         Verb::Diff(arguments) => diff::run(&arguments),
         Verb::Info(arguments) => info::run(&arguments),

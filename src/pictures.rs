@@ -40,8 +40,8 @@ pub fn export(log: &Log, folder: &Path) -> Result<Made, Failure> {
     Ok(Made { frames: Some(frames), movie: movie.finish() })
 }
 
-/// Removes what a run writes beside its log, and nothing else: `movie.mp4` and `frames/NNNN.png`.
-fn remove_earlier(folder: &Path) -> Result<(), Error> {
+/// Removes what a run writes beside its log, and nothing else: `movie.mp4`, `frames/NNNN.png` and `frames/NNNN.exr`.
+pub fn remove_earlier(folder: &Path) -> Result<(), Error> {
     match fs::remove_file(folder.join("movie.mp4")) {
         Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
         _ => {}
@@ -54,7 +54,7 @@ fn remove_earlier(folder: &Path) -> Result<(), Error> {
         let path = frame?.path();
         let number = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or("");
         let is_numbered = number.len() >= 4 && number.bytes().all(|byte| byte.is_ascii_digit());
-        if is_numbered && path.extension().is_some_and(|extension| extension == "png") {
+        if is_numbered && path.extension().is_some_and(|extension| extension == "png" || extension == "exr") {
             fs::remove_file(path)?;
         }
     }
@@ -63,7 +63,7 @@ fn remove_earlier(folder: &Path) -> Result<(), Error> {
 
 /// A movie in the making. What goes wrong with it is a warning: log and frames are there.
 #[cfg(feature = "movie")]
-struct InTheMaking {
+pub struct InTheMaking {
     path: PathBuf,
     frames_per_second: f64,
     state: State,
@@ -78,12 +78,12 @@ enum State {
 
 #[cfg(feature = "movie")]
 impl InTheMaking {
-    fn new(log: &Log, folder: &Path) -> Result<InTheMaking, Failure> {
+    pub fn new(log: &Log, folder: &Path) -> Result<InTheMaking, Failure> {
         let frames_per_second = log.scene().map_err(log_file::failure)?.scene.time.frames_per_second;
         Ok(InTheMaking { path: folder.join("movie.mp4"), frames_per_second, state: State::Empty })
     }
 
-    fn push(&mut self, png: &[u8]) {
+    pub fn push(&mut self, png: &[u8]) {
         if let Err(reason) = self.try_push(png) {
             self.fail(&reason);
         }
@@ -104,7 +104,7 @@ impl InTheMaking {
         }
     }
 
-    fn finish(mut self) -> Option<PathBuf> {
+    pub fn finish(mut self) -> Option<PathBuf> {
         match std::mem::replace(&mut self.state, State::Failed) {
             State::Begun(movie) => match movie.finish() {
                 Ok(()) => Some(self.path),
@@ -128,17 +128,17 @@ impl InTheMaking {
 
 /// Without movies: nothing to make.
 #[cfg(not(feature = "movie"))]
-struct InTheMaking;
+pub struct InTheMaking;
 
 #[cfg(not(feature = "movie"))]
 impl InTheMaking {
-    fn new(_: &Log, _: &Path) -> Result<InTheMaking, Failure> {
+    pub fn new(_: &Log, _: &Path) -> Result<InTheMaking, Failure> {
         Ok(InTheMaking)
     }
 
-    fn push(&mut self, _: &[u8]) {}
+    pub fn push(&mut self, _: &[u8]) {}
 
-    fn finish(self) -> Option<PathBuf> {
+    pub fn finish(self) -> Option<PathBuf> {
         None
     }
 }

@@ -1,8 +1,9 @@
 //! One frame: tiles of pixels, handed out to threads as they become free.
 
-use crate::film::{Film, PixelSums, SamplePlace};
+use crate::camera::{self, Camera};
+use crate::film::{Film, PixelSums, SamplePlace, luminance};
 use crate::model::RenderModel;
-use crate::path::{PIXEL_PAIR, PathTracer};
+use crate::path::{LENS_PAIR, PIXEL_PAIR, PathTracer};
 use crate::sampler::Sampler;
 use crate::warp;
 use crate::world::{PoseError, World};
@@ -16,6 +17,10 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 const TILE_PX: u32 = 16;
 /// Rays that a thread traces before it looks again whether the frame is still wanted: some hundredths of a second.
 const RAYS_BETWEEN_LOOKS: u64 = 1 << 17;
+/// Samples after which a pixel's noise is looked at, and as many as two of them first: an estimate from fewer is worth little.
+const NOISE_BATCH: u32 = 16;
+/// Share of white that is added to a pixel's luminance before its noise is compared with it.
+const NOISE_FLOOR: f64 = 0.01;
 
 /// What decides a frame's bits, besides model and bodies, and how many threads compute them.
 #[derive(Clone, Copy, Debug)]
@@ -81,7 +86,16 @@ pub fn add_samples(
     mut film: Film,
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Option<Film>, PoseError> {
-    let world = World::new(model, bodies)?;
+    let time_s = model.frame_time(job.frame);
+    let moments = camera::moments(&model.render.camera, job.seed, job.frame).into_iter().map(|after_s| {
+        let world = if after_s == 0.0 {
+            World::new(model, bodies)?
+        } else {
+            World::new(model, &camera::moved(bodies, after_s))?
+        };
+        Ok((world, Camera::at(&model.render, time_s + after_s)))
+    });
+    let moments = moments.collect::<Result<Vec<_>, PoseError>>()?;
     let (left, top, width_px, height_px) = model.part();
     assert_eq!((film.width_px, film.height_px), (width_px, height_px), "the film is of another size");
     let columns = width_px.div_ceil(TILE_PX);
@@ -92,7 +106,8 @@ pub fn add_samples(
     let work = |go_on: Option<&mut dyn FnMut() -> bool>| {
         let mut worker = Worker {
             model,
-            tracer: PathTracer { model, world: &world, rays: 0 },
+            moments: &moments,
+            tracer: PathTracer { model, world: &moments[0].0, rays: 0 },
             sampler: Sampler::new(job.seed, job.frame, model.render.sampler),
             watch: Watch { go_on, given_up: &given_up, rays_asked: 0 },
             samples: samples.clone(),
@@ -141,6 +156,8 @@ fn filter_offset(filter: &Filter, square: (f64, f64)) -> (f64, f64) {
 /// What one thread needs to render tiles.
 struct Worker<'a, 'b> {
     model: &'a RenderModel,
+    /// What there is to see at each moment of the open shutter, and from where.
+    moments: &'a [(World<'a>, Camera)],
     tracer: PathTracer<'a>,
     sampler: Sampler,
     watch: Watch<'a, 'b>,
@@ -210,9 +227,15 @@ impl Worker<'_, '_> {
             if self.watch.given_up(self.tracer.rays) {
                 return None;
             }
+            if sample.is_multiple_of(NOISE_BATCH) && sample > NOISE_BATCH && self.is_quiet(&sums) {
+                break;
+            }
             self.sampler.start(pixel, sample);
             let (x, y) = filter_offset(&render.filter, self.sampler.pair(PIXEL_PAIR));
-            let ray = self.model.camera.ray(f64::from(x_px) + 0.5 + x, f64::from(y_px) + 0.5 + y);
+            let (world, camera) = &self.moments[sample as usize % self.moments.len()];
+            self.tracer.world = world;
+            let lens = || self.sampler.pair(LENS_PAIR);
+            let ray = camera.ray(f64::from(x_px) + 0.5 + x, f64::from(y_px) + 0.5 + y, lens);
             let radiance = self.tracer.radiance(ray, &mut self.sampler);
             if radiance.iter().all(|channel| channel.is_finite()) {
                 sums.add(&radiance);
@@ -222,6 +245,15 @@ impl Worker<'_, '_> {
             }
         }
         Some(sums)
+    }
+}
+
+impl Worker<'_, '_> {
+    /// Whether the picture asks for no less noise than the pixel has.
+    fn is_quiet(&self, sums: &PixelSums) -> bool {
+        let Some(share) = self.model.render.noise_max else { return false };
+        let allowed = share * (luminance(&sums.mean()) + NOISE_FLOOR / self.model.render.exposure);
+        sums.variance() <= allowed * allowed
     }
 }
 

@@ -39,6 +39,10 @@
 
 mod bvh;
 mod camera;
+mod colour;
+mod environment;
+mod exr_file;
+mod features;
 mod film;
 mod frame;
 mod lanes;
@@ -46,16 +50,21 @@ mod light;
 mod model;
 mod path;
 mod picture;
+mod radiance_file;
 mod ray;
 mod sampler;
 mod sieve;
 mod solids;
+mod tone;
 mod world;
 
 pub mod bsdf;
 pub mod node;
 pub mod warp;
 
+pub use environment::{EnvironmentMap, MapError, MapSample};
+pub use exr_file::encode as exr_bytes;
+pub use features::{FeatureImages, film_channels};
 pub use film::{Film, PixelSums, SamplePlace, luminance};
 pub use frame::{Job, add_samples, render, render_while};
 pub use model::RenderModel;
@@ -63,4 +72,5 @@ pub use picture::{png_bytes, srgb_bytes, srgb_code};
 pub use ray::Ray;
 pub use sampler::Sampler;
 pub use solids::initial_states;
+pub use tone::tone_map;
 pub use world::{Hit, PoseError, World};

@@ -1,10 +1,12 @@
-//! Area lights: where a ray meets them, and how a point is lit by them.
+//! Lights: where a ray meets them, and how a point is lit by them.
 
+use crate::environment::EnvironmentMap;
 use crate::ray::Ray;
-use crate::warp;
+use crate::warp::{self, Frame};
 use core::f64::consts::PI;
 use geometry::{Vec3, plane, sphere};
-use schemas::scene::render::Light;
+use schemas::scene::render::{self, Light};
+use std::sync::Arc;
 
 /// An area light, compiled. A light reflects nothing and stops every ray.
 #[derive(Clone, Debug)]
@@ -46,12 +48,14 @@ pub(crate) struct LightSample {
 }
 
 impl AreaLight {
-    pub(crate) fn new(light: &Light) -> AreaLight {
+    /// The light, if it is one with an area.
+    pub(crate) fn new(light: &Light) -> Option<AreaLight> {
         match light {
-            Light::Sphere { position_m, radius_m, radiance } => AreaLight {
+            Light::Sun { .. } => None,
+            Light::Sphere { position_m, radius_m, radiance } => Some(AreaLight {
                 shape: LightShape::Sphere { centre: Vec3::from(*position_m), radius: *radius_m },
                 radiance: Vec3::from(*radiance),
-            },
+            }),
             Light::Rectangle { corner_m, edge_u_m, edge_v_m, radiance } => {
                 let (edge_u, edge_v) = (Vec3::from(*edge_u_m), Vec3::from(*edge_v_m));
                 let cross = edge_u.cross(&edge_v);
@@ -59,18 +63,10 @@ impl AreaLight {
                 let normal = cross / area;
                 let inverse = [edge_v.cross(&normal) / area, normal.cross(&edge_u) / area];
                 let corner = Vec3::from(*corner_m);
-                AreaLight {
-                    shape: LightShape::Rectangle(Rectangle {
-                        corner,
-                        edge_u,
-                        edge_v,
-                        normal,
-                        offset: normal.dot(&corner),
-                        area,
-                        inverse,
-                    }),
-                    radiance: Vec3::from(*radiance),
-                }
+                let offset = normal.dot(&corner);
+                let rectangle = Rectangle { corner, edge_u, edge_v, normal, offset, area, inverse };
+                let shape = LightShape::Rectangle(rectangle);
+                Some(AreaLight { shape, radiance: Vec3::from(*radiance) })
             }
         }
     }
@@ -174,6 +170,84 @@ impl AreaLight {
             LightShape::Rectangle(rectangle) => {
                 distance * distance / (rectangle.area * direction.dot(&rectangle.normal).abs())
             }
+        }
+    }
+}
+
+/// A disc at infinity, compiled.
+#[derive(Clone, Debug)]
+pub(crate) struct Sun {
+    frame: Frame,
+    one_minus_cos_max: f64,
+    /// Radiance of the disc.
+    pub radiance: Vec3,
+    /// Density per solid angle with which directions to it are chosen.
+    pub pdf: f64,
+}
+
+impl Sun {
+    /// The sun, if the light is one.
+    pub(crate) fn new(light: &Light) -> Option<Sun> {
+        let Light::Sun { direction, angular_radius_rad, irradiance } = light else { return None };
+        let (sine, cosine) = libm::sincos(*angular_radius_rad);
+        let one_minus_cos_max = sine * sine / (1.0 + cosine);
+        Some(Sun {
+            frame: Frame::about(&Vec3::from(*direction).normalize()),
+            one_minus_cos_max,
+            // The integral of the cosine over the disc is pi sin^2.
+            radiance: Vec3::from(*irradiance) / (PI * sine * sine),
+            pdf: 1.0 / (2.0 * PI * one_minus_cos_max),
+        })
+    }
+
+    /// Whether it stands in a direction.
+    #[inline]
+    pub(crate) fn stands_at(&self, direction: &Vec3) -> bool {
+        // Half the square of the distance from the axis' end is 1 - cos; near the axis it keeps its digits.
+        0.5 * (direction - self.frame.z).norm_squared() <= self.one_minus_cos_max
+    }
+
+    pub(crate) fn sample(&self, square: (f64, f64)) -> LightSample {
+        let direction = self.frame.world(&warp::uniform_cone(square, self.one_minus_cos_max));
+        LightSample { direction, distance: f64::INFINITY, radiance: self.radiance, pdf: self.pdf }
+    }
+}
+
+/// An environment map in its place.
+#[derive(Clone, Debug)]
+pub(crate) struct Environment {
+    map: Arc<EnvironmentMap>,
+    frame: Frame,
+    scale: f64,
+}
+
+impl Environment {
+    /// `axes` are two level axes.
+    pub(crate) fn new(
+        settings: &render::Environment,
+        up: Vec3,
+        axes: [Vec3; 2],
+        map: EnvironmentMap,
+    ) -> Environment {
+        let (sine, cosine) = libm::sincos(settings.turn_rad);
+        let x = axes[0] * cosine + axes[1] * sine;
+        let frame = Frame { x, y: up.cross(&x), z: up };
+        Environment { map: Arc::new(map), frame, scale: settings.scale }
+    }
+
+    /// Radiance from a direction, and the density with which it is chosen.
+    pub(crate) fn eval(&self, direction: &Vec3) -> (Vec3, f64) {
+        let (radiance, pdf) = self.map.eval(&self.frame.local(direction));
+        (radiance * self.scale, pdf)
+    }
+
+    pub(crate) fn sample(&self, square: (f64, f64)) -> LightSample {
+        let sample = self.map.sample(square);
+        LightSample {
+            direction: self.frame.world(&sample.direction),
+            distance: f64::INFINITY,
+            radiance: sample.radiance * self.scale,
+            pdf: sample.pdf,
         }
     }
 }

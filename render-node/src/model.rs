@@ -1,8 +1,8 @@
 //! The second half of a scene, compiled: everything that no frame changes.
 
 use crate::bsdf::Bsdf;
-use crate::camera::Camera;
-use crate::light::AreaLight;
+use crate::environment::EnvironmentMap;
+use crate::light::{AreaLight, Environment, Sun};
 use crate::solids::SolidShape;
 use geometry::Vec3;
 use geometry::polynomial::SolidError;
@@ -15,15 +15,18 @@ use schemas::scene::render::{self, Render, UNLIMITED};
 pub struct RenderModel {
     /// The settings it was compiled from.
     pub(crate) render: Render,
-    pub(crate) camera: Camera,
+    /// How often frames are taken (1/s).
+    frames_per_second: f64,
     pub(crate) rings: Vec<RingShape>,
     pub(crate) spheres: Vec<SphereShape>,
     /// Capsules, boxes and polynomial bodies, with their looks.
     pub(crate) solids: Vec<(SolidShape, u32)>,
     pub(crate) planes: Vec<PlaneShape>,
     pub(crate) lights: Vec<AreaLight>,
-    /// The numbers of the lights that shine: each is asked for its light equally often.
-    pub(crate) shining: Vec<usize>,
+    pub(crate) suns: Vec<Sun>,
+    pub(crate) environment: Option<Environment>,
+    /// The lights that shine: each is asked for its light equally often.
+    pub(crate) shining: Vec<Shining>,
     pub(crate) sky: Sky,
     pub(crate) looks: Vec<CompiledLook>,
     pub(crate) features: Features,
@@ -32,7 +35,7 @@ pub struct RenderModel {
 /// Parts of the light transport that a scene may do without.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Features {
-    /// The last vertex of a path asks whether it sees the sky.
+    /// The last vertex of a path asks whether it sees the sky, a sun or the environment.
     pub sky: bool,
     /// Vertices are lit by lights.
     pub lights: bool,
@@ -40,6 +43,14 @@ pub(crate) struct Features {
     pub emitters: bool,
     /// Rays meet bodies.
     pub bodies: bool,
+}
+
+/// A light that can be asked for its light, by its number among those of its kind.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Shining {
+    Area(usize),
+    Sun(usize),
+    Environment,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -141,20 +152,26 @@ impl RenderModel {
             PlaneShape { normal, offset: plane.offset_m, axes: checker_axes(&normal), look }
         });
         let planes = planes.collect::<Vec<_>>();
-        let lights: Vec<_> = render.lights.iter().map(AreaLight::new).collect();
-        let shining: Vec<_> = (0..lights.len()).filter(|&index| lights[index].is_lit()).collect();
-        let plan = plan(scene, shining.len());
+        let lights: Vec<_> = render.lights.iter().filter_map(AreaLight::new).collect();
+        let suns: Vec<_> = render.lights.iter().filter_map(Sun::new).collect();
+        let lit = (0..lights.len()).filter(|&index| lights[index].is_lit()).map(Shining::Area);
+        let up = (0..suns.len()).filter(|&index| suns[index].radiance != Vec3::zeros()).map(Shining::Sun);
+        let (areas, discs) = (lit.clone().count(), up.clone().count());
+        let shining: Vec<_> = lit.chain(up).collect();
+        let plan = plan(scene, areas, discs);
         let horizon = Vec3::from(render.sky.horizon_radiance);
         let model = RenderModel {
-            camera: Camera::new(render),
+            frames_per_second: scene.time.frames_per_second,
             sky: Sky {
                 up: Vec3::from(render.sky.up).normalize(),
                 horizon,
                 rise: Vec3::from(render.sky.zenith_radiance) - horizon,
             },
             features: Features {
-                sky: everything || plan.needs("light/sky"),
-                lights: everything || plan.needs("light/area"),
+                sky: everything
+                    || ["sky", "sun", "environment"].iter().any(|name| plan.needs(&format!("light/{name}"))),
+                lights: everything
+                    || ["area", "sun", "environment"].iter().any(|name| plan.needs(&format!("light/{name}"))),
                 emitters: everything || plan.needs("look/emitter"),
                 bodies: everything
                     || ["ring", "sphere", "capsule", "box", "polynomial"]
@@ -167,15 +184,35 @@ impl RenderModel {
             solids,
             planes,
             lights,
+            suns,
+            environment: None,
             shining,
             looks: looks.compiled,
         };
         Ok((model, plan))
     }
 
+    /// The same model with the picture that the scene's `render.environment` names.
+    ///
+    /// # Panics
+    ///
+    /// If the scene names none.
+    pub fn with_environment(mut self, map: EnvironmentMap) -> RenderModel {
+        let settings = self.render.environment.as_ref().expect("the scene has a render.environment");
+        let up = Vec3::from(self.render.sky.up).normalize();
+        self.environment = Some(Environment::new(settings, up, checker_axes(&up), map));
+        self.shining.push(Shining::Environment);
+        self
+    }
+
     /// The settings of the picture.
     pub fn settings(&self) -> &Render {
         &self.render
+    }
+
+    /// Simulated time of a frame (s).
+    pub(crate) fn frame_time(&self, frame: u64) -> f64 {
+        frame as f64 / self.frames_per_second
     }
 
     /// The part of the picture that is rendered: left, top, width and height in pixels.
@@ -241,7 +278,7 @@ fn checker_axes(normal: &Vec3) -> [Vec3; 2] {
     [first, normal.cross(&first)]
 }
 
-fn plan(scene: &Scene, lit: usize) -> Plan {
+fn plan(scene: &Scene, lit: usize, suns: usize) -> Plan {
     let render = &scene.render;
     let mut plan = Plan::default();
     let counted = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
@@ -269,9 +306,17 @@ fn plan(scene: &Scene, lit: usize) -> Plan {
         lit > 0,
         format!("{} that shine{}", counted(lit, "light"), if lit == 1 { "s" } else { "" }),
     );
+    if suns > 0 {
+        plan.push("light/sun", true, counted(suns, "sun"));
+    }
     let sky = render.sky.zenith_radiance != [0.0; 3] || render.sky.horizon_radiance != [0.0; 3];
-    let reason = if sky { "its radiance is not zero" } else { "zenith and horizon are black" };
-    plan.push("light/sky", sky, reason);
+    if let Some(environment) = &render.environment {
+        plan.push("light/environment", true, format!("the map {}", environment.file));
+        plan.push("light/sky", false, "the environment map takes its place");
+    } else {
+        let reason = if sky { "its radiance is not zero" } else { "zenith and horizon are black" };
+        plan.push("light/sky", sky, reason);
+    }
     let bounces = render.bounces_max;
     let reason = match bounces {
         UNLIMITED => "bounces_max is unlimited".to_owned(),
@@ -282,6 +327,16 @@ fn plan(scene: &Scene, lit: usize) -> Plan {
     if bounces > render.roulette_after {
         let reason = format!("bounces_max is more than roulette_after, which is {}", render.roulette_after);
         plan.push("light/roulette", true, reason);
+    }
+    if let Some(most) = render.indirect_max {
+        plan.push("light/cut", true, format!("indirect_max is {most:?}: the mean is not that of all light"));
+    }
+    if render.camera.lens_radius_m > 0.0 {
+        plan.push("camera/lens", true, format!("lens_radius_m is {:?}", render.camera.lens_radius_m));
+    }
+    if render.camera.shutter_s > 0.0 {
+        let (moments, seconds) = (render.camera.shutter_moments, render.camera.shutter_s);
+        plan.push("camera/shutter", true, format!("{moments} moments of {seconds:?} s"));
     }
     for bsdf in [render::Bsdf::Conductor, render::Bsdf::Plastic, render::Bsdf::Mirror, render::Bsdf::Emitter]
     {

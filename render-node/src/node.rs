@@ -1,5 +1,6 @@
 //! The renderer as a process: keyframes in, frames out. The only file that knows the bus.
 
+use crate::environment::{EnvironmentMap, MapError};
 use crate::film::{Film, SamplePlace};
 use crate::frame::{Job, render_while};
 use crate::model::RenderModel;
@@ -8,6 +9,7 @@ use crate::world::PoseError;
 use bus::{Bus, BusError, BusName, Message, Publisher, Received, Subscriber};
 use geometry::polynomial::SolidError;
 use prost::Message as _;
+use schemas::Hash;
 use schemas::frame::{CompressedImage, FrameInfo};
 use schemas::plan::Plan;
 use schemas::scene::{Scene, SceneError, SceneRecord};
@@ -73,6 +75,24 @@ pub enum NodeError {
     /// A polynomial body's formula is not that of a body.
     #[error("the scene cannot be shown: {0}")]
     Surface(#[from] SolidError),
+    /// The environment map's file cannot be read.
+    #[error(
+        "render.environment.file {file}: {source}; it is looked for from the folder that the renderer is started in"
+    )]
+    EnvironmentFile {
+        /// The file, as the scene names it.
+        file: String,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// The environment map's file holds none.
+    #[error("render.environment.file {file}: {source}")]
+    Environment {
+        /// The file, as the scene names it.
+        file: String,
+        /// What is wrong with it.
+        source: MapError,
+    },
     /// The scene's message is not a scene.
     #[error("the message on topic scene cannot be read as a scene: {0}; are all processes of one version?")]
     SceneJson(#[source] serde_json::Error),
@@ -111,11 +131,26 @@ impl NodeError {
     /// What the process exits with: 2 for bad input, 3 for a lost peer or damaged data.
     pub fn exit_code(&self) -> u8 {
         match self {
-            NodeError::Override(_) => 2,
+            NodeError::Override(_) | NodeError::EnvironmentFile { .. } | NodeError::Environment { .. } => 2,
             NodeError::Bus(error) => error.exit_code(),
             _ => 3,
         }
     }
+}
+
+/// Gives a model the environment map that its scene names, and returns the hash of its file.
+///
+/// # Errors
+///
+/// [`NodeError::EnvironmentFile`] and [`NodeError::Environment`].
+pub fn with_environment_file(model: RenderModel) -> Result<(RenderModel, Option<Hash>), NodeError> {
+    let Some(environment) = &model.settings().environment else { return Ok((model, None)) };
+    let file = || environment.file.clone();
+    let bytes = std::fs::read(&environment.file)
+        .map_err(|source| NodeError::EnvironmentFile { file: file(), source })?;
+    let map =
+        EnvironmentMap::decode(&bytes).map_err(|source| NodeError::Environment { file: file(), source })?;
+    Ok((model.with_environment(map), Some(Hash::of(&bytes))))
 }
 
 /// Renders every keyframe of a run, and returns when their stream has ended.
@@ -165,6 +200,7 @@ fn render_all(
     };
     let scene = scene.with_render(&options.overrides)?;
     let (model, plan) = RenderModel::try_compile(&scene)?;
+    let (model, environment_hash) = with_environment_file(model)?;
     let threads = options.threads.or(std::thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
     done.frame_count = scene.time.frame_count();
     let mut next_frame = 0;
@@ -181,10 +217,10 @@ fn render_all(
             break;
         };
         report_non_finite(frame, &film);
-        let png =
-            png_bytes(&film, scene.render.exposure).map_err(|source| NodeError::Png { frame, source })?;
+        let png = png_bytes(&film, &scene.render).map_err(|source| NodeError::Png { frame, source })?;
         frames.send(message.log_time_ns, &CompressedImage::png(message.log_time_ns, png).encode_to_vec())?;
-        let info = serde_json::to_vec(&frame_info(frame, &state, &film, &scene, &plan));
+        let info = FrameInfo { environment_hash, ..frame_info(frame, &state, &film, &scene, &plan) };
+        let info = serde_json::to_vec(&info);
         infos.send(message.log_time_ns, &info.expect("a record of numbers and texts is JSON"))?;
         done.frames_done += 1;
         done.rays += film.rays;
@@ -223,7 +259,12 @@ fn frame_info(frame: u64, state: &StateMessage, film: &Film, scene: &Scene, plan
         state_hash: state.header.state_hash,
         film_hash: film.hash(),
         rays: film.rays,
+        samples: film.samples(),
         non_finite_samples: film.non_finite_samples,
+        first_non_finite: film
+            .first_non_finite
+            .map(|SamplePlace { x_px, y_px, sample }| [x_px, y_px, sample]),
+        environment_hash: None,
         render: scene.render.clone(),
         plan: plan.clone(),
     }

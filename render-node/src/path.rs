@@ -1,6 +1,7 @@
 //! The path tracer: what light comes back along a ray.
 
-use crate::model::RenderModel;
+use crate::film::luminance;
+use crate::model::{RenderModel, Shining};
 use crate::ray::{Ray, Vertex};
 use crate::sampler::Sampler;
 use crate::warp::Frame;
@@ -10,7 +11,6 @@ use schemas::scene::render::{DirectLight, UNLIMITED};
 
 /// Pairs of random dimensions that are not those of a bounce: where in the pixel, where in the lens.
 pub(crate) const PIXEL_PAIR: usize = 0;
-#[allow(dead_code)]
 pub(crate) const LENS_PAIR: usize = 1;
 /// Pairs of every bounce: which light and where on it, where to go on, whether to go on.
 const LIGHT_PAIR: usize = 2;
@@ -33,7 +33,7 @@ impl PathTracer<'_> {
     ///
     /// At every vertex one light is asked for its light by a shadow ray, and the path goes on in a direction that the
     /// surface chooses; where that meets a light by itself, the two ways to find its light are weighted against each other
-    /// (multiple importance sampling). The sky is what a bounced ray sees when it meets nothing. After `bounces_max`
+    /// (multiple importance sampling). The sky, which is never asked, is what a bounced ray sees when it meets nothing. After `bounces_max`
     /// bounces the last ray only asks what shines on it. After `roulette_after` bounces a path goes on with the probability
     /// of its throughput, which is divided by it (Russian roulette), so the mean stays the same.
     pub(crate) fn radiance(&mut self, camera_ray: Ray, sampler: &mut Sampler) -> Vec3 {
@@ -47,14 +47,17 @@ impl PathTracer<'_> {
         for bounce in 0..=bounces_max {
             self.rays += 1;
             let Some(hit) = self.world.closest(&ray) else {
-                return radiance + throughput.component_mul(&self.model.sky.radiance(&ray.direction));
+                let light = throughput.component_mul(&self.sky_met(&ray, bsdf_pdf));
+                return radiance + self.cut(light, bounce);
             };
             let vertex = match self.world.surface(&ray, &hit) {
                 Surface::Scattering(vertex) => vertex,
-                Surface::Emitter(emitted) => return radiance + throughput.component_mul(&emitted),
+                Surface::Emitter(emitted) => {
+                    return radiance + self.cut(throughput.component_mul(&emitted), bounce);
+                }
                 Surface::Light(light) => {
                     let emitted = self.light_met(light, &ray, hit.distance, bsdf_pdf);
-                    return radiance + throughput.component_mul(&emitted);
+                    return radiance + self.cut(throughput.component_mul(&emitted), bounce);
                 }
             };
             let frame = Frame::about(&vertex.normal);
@@ -62,7 +65,7 @@ impl PathTracer<'_> {
             let dimensions = PAIRS_OF_A_BOUNCE * bounce as usize;
             if self.model.features.lights && !vertex.bsdf.is_mirror() {
                 let light = self.light_asked(&vertex, &frame, &wo, sampler.pair(dimensions + LIGHT_PAIR));
-                radiance += throughput.component_mul(&light);
+                radiance += self.cut(throughput.component_mul(&light), bounce + 1);
             }
             let Some(sample) = vertex.bsdf.sample(&wo, sampler.pair(dimensions + BSDF_PAIR)) else {
                 return radiance;
@@ -82,7 +85,21 @@ impl PathTracer<'_> {
             bsdf_pdf = sample.pdf;
             ray = vertex.leave(frame.world(&sample.wi));
         }
-        radiance + throughput.component_mul(&self.last_light(&ray, bsdf_pdf))
+        let light = throughput.component_mul(&self.last_light(&ray, bsdf_pdf));
+        radiance + self.cut(light, bounces_max.saturating_add(1))
+    }
+
+    /// Light that comes after so many reflections, cut down to `indirect_max` after more than one.
+    #[inline]
+    fn cut(&self, light: Vec3, reflections: u32) -> Vec3 {
+        match self.model.render.indirect_max {
+            Some(most) if reflections > 1 => {
+                let luminance = luminance(&light);
+                // A number that is not finite goes on, to be counted and named.
+                if luminance > most && luminance.is_finite() { light * (most / luminance) } else { light }
+            }
+            _ => light,
+        }
     }
 
     /// Light that the surface at a vertex sends along `wo` from one light, chosen at random, that stands for all.
@@ -94,10 +111,15 @@ impl PathTracer<'_> {
         // The whole part of `count u` chooses; the rest is again uniform.
         let scaled = u * count;
         let chosen = scaled as usize;
-        let index = self.model.shining[chosen];
-        let Some(sample) = self.model.lights[index].sample(&vertex.point, (scaled - chosen as f64, v)) else {
-            return Vec3::zeros();
+        let square = (scaled - chosen as f64, v);
+        let (sample, target) = match self.model.shining[chosen] {
+            Shining::Area(index) => (self.model.lights[index].sample(&vertex.point, square), Some(index)),
+            Shining::Sun(index) => (Some(self.model.suns[index].sample(square)), None),
+            Shining::Environment => {
+                (self.model.environment.as_ref().map(|environment| environment.sample(square)), None)
+            }
         };
+        let Some(sample) = sample else { return Vec3::zeros() };
         let wi = frame.local(&sample.direction);
         let bsdf = vertex.bsdf.eval(wo, &wi);
         if !(wi.z > 0.0) || bsdf == Vec3::zeros() {
@@ -110,7 +132,7 @@ impl PathTracer<'_> {
             DirectLight::Bsdf => return Vec3::zeros(),
         };
         self.rays += 1;
-        if self.world.any(&vertex.leave(sample.direction), sample.distance, Some(index)) {
+        if self.world.any(&vertex.leave(sample.direction), sample.distance, target) {
             return Vec3::zeros();
         }
         bsdf.component_mul(&sample.radiance) * (weight / light_pdf)
@@ -120,17 +142,39 @@ impl PathTracer<'_> {
     fn light_met(&self, light: usize, ray: &Ray, distance: f64, bsdf_pdf: Option<f64>) -> Vec3 {
         let light = &self.model.lights[light];
         let emitted = light.emitted(&ray.direction);
-        let Some(bsdf_pdf) = bsdf_pdf else { return emitted };
         if emitted == Vec3::zeros() {
             return emitted;
         }
-        match self.model.render.direct_light {
-            DirectLight::Mis => {
-                let light_pdf = light.pdf(&ray.origin, &ray.direction, distance);
-                emitted * mis_weight(bsdf_pdf, light_pdf / self.model.shining.len() as f64)
+        emitted * self.weight_met(bsdf_pdf, || light.pdf(&ray.origin, &ray.direction, distance))
+    }
+
+    /// Light from infinitely far away, of a ray that meets nothing.
+    #[inline]
+    fn sky_met(&self, ray: &Ray, bsdf_pdf: Option<f64>) -> Vec3 {
+        let mut light = match &self.model.environment {
+            None => self.model.sky.radiance(&ray.direction),
+            Some(environment) => {
+                let (radiance, light_pdf) = environment.eval(&ray.direction);
+                radiance * self.weight_met(bsdf_pdf, || light_pdf)
             }
-            DirectLight::Lights => Vec3::zeros(),
-            DirectLight::Bsdf => emitted,
+        };
+        for sun in &self.model.suns {
+            if sun.stands_at(&ray.direction) {
+                light += sun.radiance * self.weight_met(bsdf_pdf, || sun.pdf);
+            }
+        }
+        light
+    }
+
+    /// The share of light that counts where a ray meets it by itself, by the density with which its direction was chosen
+    /// and that with which a question to its light would have chosen it.
+    fn weight_met(&self, bsdf_pdf: Option<f64>, light_pdf: impl FnOnce() -> f64) -> f64 {
+        match (bsdf_pdf, self.model.render.direct_light) {
+            (None, _) | (_, DirectLight::Bsdf) => 1.0,
+            (_, DirectLight::Lights) => 0.0,
+            (Some(bsdf_pdf), DirectLight::Mis) => {
+                mis_weight(bsdf_pdf, light_pdf() / self.model.shining.len() as f64)
+            }
         }
     }
 
@@ -139,7 +183,7 @@ impl PathTracer<'_> {
         if self.model.features.emitters {
             self.rays += 1;
             return match self.world.closest(ray) {
-                None => self.model.sky.radiance(&ray.direction),
+                None => self.sky_met(ray, bsdf_pdf),
                 Some(hit) => match self.world.surface(ray, &hit) {
                     Surface::Scattering(_) => Vec3::zeros(),
                     Surface::Emitter(emitted) => emitted,
@@ -152,7 +196,7 @@ impl PathTracer<'_> {
             Some((index, distance)) => {
                 (self.light_met(index, ray, distance, bsdf_pdf), distance, Some(index))
             }
-            None if self.model.features.sky => (self.model.sky.radiance(&ray.direction), f64::INFINITY, None),
+            None if self.model.features.sky => (self.sky_met(ray, bsdf_pdf), f64::INFINITY, None),
             None => return Vec3::zeros(),
         };
         if light == Vec3::zeros() {

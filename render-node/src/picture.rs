@@ -1,6 +1,9 @@
 //! From linear radiance to an 8-bit sRGB picture in a PNG file.
 
 use crate::film::Film;
+use crate::tone::tone_map;
+use geometry::Vec3;
+use schemas::scene::render::Render;
 use std::sync::OnceLock;
 
 /// `THRESHOLDS[k]` is the linear value from which on the 8-bit sRGB code `k + 1` is the nearest.
@@ -22,9 +25,13 @@ fn thresholds() -> [f64; 255] {
     })
 }
 
-/// The film as 8-bit sRGB: three bytes a pixel, row by row from the top left. `exposure` multiplies the radiance.
-pub fn srgb_bytes(film: &Film, exposure: f64) -> Vec<u8> {
-    film.rgb.iter().flatten().map(|&channel| srgb_code(channel * exposure)).collect()
+/// The film as 8-bit sRGB: three bytes a pixel, row by row from the top left, with the settings' exposure and tone mapping.
+pub fn srgb_bytes(film: &Film, settings: &Render) -> Vec<u8> {
+    let pixel = |rgb: &[f64; 3]| {
+        let light = tone_map(&(Vec3::from(*rgb) * settings.exposure), settings.tone_mapping);
+        [srgb_code(light.x), srgb_code(light.y), srgb_code(light.z)]
+    };
+    film.rgb.iter().flat_map(pixel).collect()
 }
 
 /// The film as a PNG file in memory: 8 bits, red, green, blue, marked as sRGB.
@@ -32,7 +39,7 @@ pub fn srgb_bytes(film: &Film, exposure: f64) -> Vec<u8> {
 /// # Errors
 ///
 /// If the encoder fails, which it does not for a film whose size is right.
-pub fn png_bytes(film: &Film, exposure: f64) -> Result<Vec<u8>, png::EncodingError> {
+pub fn png_bytes(film: &Film, settings: &Render) -> Result<Vec<u8>, png::EncodingError> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, film.width_px, film.height_px);
     encoder.set_color(png::ColorType::Rgb);
@@ -40,7 +47,7 @@ pub fn png_bytes(film: &Film, exposure: f64) -> Result<Vec<u8>, png::EncodingErr
     encoder.set_compression(png::Compression::Fast);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(&srgb_bytes(film, exposure))?;
+    writer.write_image_data(&srgb_bytes(film, settings))?;
     writer.finish()?;
     Ok(bytes)
 }

@@ -17,6 +17,9 @@ const PURPOSE: &[u8; 16] = b"chainmail render";
 /// The same for independent numbers.
 const PURPOSE_INDEPENDENT: &[u8; 16] = b"chainmail indep.";
 
+/// No more point sets than this are made before they are asked for: those of four bounces.
+const USUAL_MAX: usize = 16;
+
 /// The random numbers of one sample of one pixel at a time.
 #[derive(Clone, Debug)]
 pub struct Sampler {
@@ -24,8 +27,10 @@ pub struct Sampler {
     kind: render::Sampler,
     pixel: Option<u64>,
     sample: u32,
-    /// The point sets of the pixel's pairs of dimensions, as far as they were asked for.
+    /// The point sets of the pixel's pairs of dimensions, as far as they were made.
     sets: Vec<Scrambled>,
+    /// How many are made for a new pixel at once: as many as some pixel before it needed. No number depends on it.
+    usual: usize,
     /// The independent points of the sample's pairs of dimensions, as far as they were asked for.
     points: Vec<(f64, f64)>,
 }
@@ -38,7 +43,7 @@ impl Sampler {
             render::Sampler::Independent => PURPOSE_INDEPENDENT,
         };
         let stream = Stream::new(seed, frame, purpose);
-        Sampler { stream, kind, pixel: None, sample: 0, sets: Vec::new(), points: Vec::new() }
+        Sampler { stream, kind, pixel: None, sample: 0, sets: Vec::new(), usual: 0, points: Vec::new() }
     }
 
     /// Goes to a sample of a pixel; pixels are numbered row by row from the top left.
@@ -47,6 +52,7 @@ impl Sampler {
             render::Sampler::Sobol if self.pixel != Some(pixel) => {
                 self.stream.go_to(pixel);
                 self.sets.clear();
+                self.make_sets(self.usual);
             }
             render::Sampler::Sobol => {}
             render::Sampler::Independent => {
@@ -59,13 +65,22 @@ impl Sampler {
     }
 
     /// A point in the open unit square: the current sample's values of a pair of dimensions.
-    #[inline]
+    #[inline(always)]
     pub fn pair(&mut self, pair: usize) -> (f64, f64) {
+        match self.sets.get(pair) {
+            Some(set) => set.point(self.sample),
+            None => self.first_pair(pair),
+        }
+    }
+
+    /// The same where the pair's point set is not there yet, or is not what is asked for.
+    #[inline(never)]
+    fn first_pair(&mut self, pair: usize) -> (f64, f64) {
         match self.kind {
             render::Sampler::Sobol => {
-                // Words are drawn in the order of pairs, whichever is asked for first.
-                while self.sets.len() <= pair {
-                    self.sets.push(Scrambled::from_stream(&mut self.stream));
+                self.make_sets(pair + 1);
+                if self.usual < self.sets.len() && self.sets.len() <= USUAL_MAX {
+                    self.usual = self.sets.len();
                 }
                 self.sets[pair].point(self.sample)
             }
@@ -75,6 +90,13 @@ impl Sampler {
                 }
                 self.points[pair]
             }
+        }
+    }
+
+    /// Makes point sets up to a count; words are drawn in the order of pairs, whichever is asked for first.
+    fn make_sets(&mut self, count: usize) {
+        while self.sets.len() < count {
+            self.sets.push(Scrambled::from_stream(&mut self.stream));
         }
     }
 }

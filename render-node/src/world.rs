@@ -3,7 +3,9 @@
 //! A hit is a function of the ray and one surface alone; the first hit is that with the least distance, and
 //! among equal ones that with the least number. So no order of traversal can change a bit.
 
+use crate::bsdf::Bsdf;
 use crate::bvh::Bvh;
+use crate::colour::{self, Wire};
 use crate::light::AreaLight;
 use crate::model::{PlaneShape, RenderModel};
 use crate::ray::{Ray, Vertex};
@@ -11,6 +13,7 @@ use crate::sieve::Outline;
 use crate::solids::SolidFrame;
 use geometry::{Aabb, Circle, Vec3, plane, rotation, sphere, torus};
 use nalgebra::{Quaternion, UnitQuaternion};
+use schemas::scene::render::ColourBy;
 use schemas::state::BodyState;
 
 /// Where a ray first meets a surface.
@@ -55,6 +58,8 @@ pub(crate) struct Bodies<'a> {
     rings: Vec<RingFrame>,
     sphere_centres: Vec<Vec3>,
     solids: Vec<SolidFrame>,
+    /// Surfaces of the bodies, if their colours are not those of their looks.
+    colours: Vec<Bsdf>,
     ray_start: f64,
 }
 
@@ -79,6 +84,14 @@ pub enum PoseError {
         expected: usize,
         /// Bodies of the state.
         found: usize,
+    },
+    /// The scene names an environment map that the model did not get.
+    #[error(
+        "the scene's environment map {file} was not given to the model: see RenderModel::with_environment"
+    )]
+    NoEnvironment {
+        /// The file that the scene names.
+        file: String,
     },
     /// A position or orientation that is NaN, infinite, or not a rotation.
     #[error(
@@ -105,6 +118,9 @@ impl<'a> World<'a> {
         if expected != found {
             return Err(PoseError::BodyCount { expected, found });
         }
+        if let (Some(environment), None) = (&model.render.environment, &model.environment) {
+            return Err(PoseError::NoEnvironment { file: environment.file.clone() });
+        }
         for (body, state) in states.iter().enumerate() {
             let BodyState { position_m, orientation, .. } = *state;
             let norm_squared: f64 = orientation.iter().map(|q| q * q).sum();
@@ -113,6 +129,7 @@ impl<'a> World<'a> {
                 return Err(PoseError::Pose { body, position_m, orientation });
             }
         }
+        let all = states;
         let (rings, others) = states.split_at(model.rings.len());
         let (spheres, solids) = others.split_at(model.spheres.len());
         let rings = model.rings.iter().zip(rings).map(|(shape, state)| {
@@ -125,7 +142,13 @@ impl<'a> World<'a> {
         let sphere_centres = spheres.iter().map(|state| Vec3::from(state.position_m)).collect();
         let ray_start = model.ray_start();
         let solids = solids.iter().map(SolidFrame::new).collect();
-        let bodies = Bodies { model, rings: rings.collect(), sphere_centres, solids, ray_start };
+        let rings: Vec<_> = rings.collect();
+        let wires = || rings.iter().map(RingFrame::wire).collect::<Vec<_>>();
+        let colours = match model.render.colouring.by {
+            ColourBy::Penetration => colour::surfaces(&model.render.colouring, all, &wires()),
+            _ => colour::surfaces(&model.render.colouring, all, &[]),
+        };
+        let bodies = Bodies { model, rings, sphere_centres, solids, colours, ray_start };
         let bvh = Bvh::new(&bodies.boxes(), &bodies.outlines());
         Ok(World { model, bodies, bvh })
     }
@@ -204,7 +227,7 @@ impl<'a> World<'a> {
     }
 
     /// What is at a hit.
-    pub(crate) fn surface(&self, ray: &Ray, hit: &Hit) -> Surface<'a> {
+    pub(crate) fn surface(&self, ray: &Ray, hit: &Hit) -> Surface<'_> {
         let point = hit.point(ray);
         let Some(plane) = hit.surface.checked_sub(self.bodies.count()) else {
             return self.bodies.surface(hit.surface, point, ray);
@@ -245,7 +268,7 @@ fn square(coordinate: f64) -> i64 {
     towards_zero - i64::from((towards_zero as f64) > coordinate)
 }
 
-impl<'a> Bodies<'a> {
+impl Bodies<'_> {
     /// All bodies but planes.
     pub(crate) fn count(&self) -> u32 {
         (self.rings.len() + self.sphere_centres.len() + self.solids.len()) as u32
@@ -278,7 +301,7 @@ impl<'a> Bodies<'a> {
         sphere::ray_sphere(&ray.origin, &ray.direction, centre, radius, self.ray_start)
     }
 
-    fn surface(&self, body: u32, point: Vec3, ray: &Ray) -> Surface<'a> {
+    fn surface(&self, body: u32, point: Vec3, ray: &Ray) -> Surface<'_> {
         let index = body as usize;
         let (outward, look, bulges) = if let Some(ring) = self.rings.get(index) {
             let local = ring.local(&(point - ring.centre));
@@ -296,14 +319,15 @@ impl<'a> Bodies<'a> {
             (outward, *look, bulges)
         };
         let look = &self.model.looks[look as usize];
-        if let Some(emitted) = look.emitted {
+        let coloured = self.colours.get(index);
+        if let (Some(emitted), None) = (look.emitted, coloured) {
             return Surface::Emitter(emitted);
         }
         let from_outside = outward.dot(&ray.direction) <= 0.0;
         Surface::Scattering(Vertex {
             point,
             normal: if from_outside { outward } else { -outward },
-            bsdf: &look.bsdf,
+            bsdf: coloured.unwrap_or(&look.bsdf),
             leaves: (from_outside && bulges).then_some(body),
         })
     }
@@ -345,6 +369,12 @@ impl<'a> Bodies<'a> {
 }
 
 impl RingFrame {
+    fn wire(&self) -> Wire {
+        let RingFrame { centre, u, w, normal, major_radius: radius, minor_radius } = *self;
+        let circle = Circle { centre, u, w, normal, radius };
+        Wire { circle, minor_radius, bounds: torus::bounding_box(&circle, minor_radius) }
+    }
+
     #[inline]
     fn local(&self, vector: &Vec3) -> Vec3 {
         Vec3::new(self.u.dot(vector), self.w.dot(vector), self.normal.dot(vector))

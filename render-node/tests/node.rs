@@ -138,7 +138,7 @@ fn every_keyframe_becomes_the_frame_that_the_library_renders() {
         let time_ns = log_time_ns(step as f64 * scene.time.time_step_s);
         assert_eq!((image.log_time_ns, info.log_time_ns), (time_ns, time_ns));
         let image = CompressedImage::decode(&image.bytes[..]).expect("a picture");
-        let png = png_bytes(&film, scene.render.exposure).expect("a film is encoded");
+        let png = png_bytes(&film, &scene.render).expect("a film is encoded");
         assert_eq!(image, CompressedImage::png(time_ns, png));
         let info: FrameInfo = serde_json::from_slice(&info.bytes).expect("a frame's record");
         assert_eq!((info.frame, info.step, info.film_hash), (frame, step, film.hash()));

@@ -103,8 +103,17 @@ pub struct FrameInfo {
     pub film_hash: Hash,
     /// Rays traced: camera, bounce and shadow rays.
     pub rays: u64,
+    /// Samples of all pixels together.
+    #[serde(default)]
+    pub samples: u64,
     /// Samples that came out as NaN or infinite; they are counted and left out of the mean.
     pub non_finite_samples: u64,
+    /// Column, row and number of the first of those samples, in the order of rows, columns and samples.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub first_non_finite: Option<[u32; 3]>,
+    /// BLAKE3 of the file of the environment map, if the picture has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub environment_hash: Option<Hash>,
     /// The settings of the picture.
     pub render: Render,
     /// What the picture needed of the renderer, and what was left out.
@@ -112,7 +121,7 @@ pub struct FrameInfo {
 }
 
 /// JSON Schema of [`FrameInfo`], written beside its channel.
-pub const FRAME_INFO_JSON_SCHEMA: &str = r#"{"title":"chainmail.FrameInfo","type":"object","properties":{"frame":{"type":"integer"},"step":{"type":"integer"},"sim_time_s":{"type":"number"},"state_hash":{"type":"string"},"film_hash":{"type":"string"},"rays":{"type":"integer"},"non_finite_samples":{"type":"integer"},"render":{"type":"object"},"plan":{"type":"object"}}}"#;
+pub const FRAME_INFO_JSON_SCHEMA: &str = r#"{"title":"chainmail.FrameInfo","type":"object","properties":{"frame":{"type":"integer"},"step":{"type":"integer"},"sim_time_s":{"type":"number"},"state_hash":{"type":"string"},"film_hash":{"type":"string"},"rays":{"type":"integer"},"samples":{"type":"integer"},"non_finite_samples":{"type":"integer"},"first_non_finite":{"type":"array"},"environment_hash":{"type":"string"},"render":{"type":"object"},"plan":{"type":"object"}}}"#;
 
 #[cfg(test)]
 mod tests {

@@ -78,6 +78,15 @@ impl std::ops::AddAssign for SurfaceSamples {
     }
 }
 
+impl std::iter::Sum for SurfaceSamples {
+    fn sum<I: Iterator<Item = SurfaceSamples>>(all: I) -> SurfaceSamples {
+        all.fold(SurfaceSamples::default(), |mut sum, one| {
+            sum += one;
+            sum
+        })
+    }
+}
+
 /// What holds the mail, and what it bears: contact forces and weight, not the inertia of a driven body.
 ///
 /// Of the step's force evaluation: for `verlet` in the middle of the step. World axes; a force down is a pull

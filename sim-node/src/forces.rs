@@ -18,8 +18,7 @@ use geometry::lanes::{Level, Line, dispatch};
 use geometry::{Circle, Vec3};
 use rayon::prelude::*;
 use schemas::scene::{ContactLaw, Integrator};
-use schemas::state::ContactState;
-use schemas::step::SurfaceSamples;
+use schemas::{state::ContactState, step::SurfaceSamples};
 
 /// Pairs in a chunk. Part of nothing: any value gives the same bits.
 const CHUNK_PAIRS: usize = 2048;
@@ -164,13 +163,14 @@ impl Evaluation {
         contacts
     }
 
-    /// What the samples of the law `surface-integral` found; `None` where none are drawn.
-    pub(crate) fn surface_samples(&self, moment: &Moment) -> Option<SurfaceSamples> {
-        moment.random.as_ref()?;
-        // No pair is the kernel's under this law.
-        let mut sum = SurfaceSamples::default();
-        self.chunks[..self.chunk_count].iter().for_each(|chunk| sum += chunk.workspace.counts);
-        Some(sum)
+    /// What the samples of the law `surface-integral` found.
+    pub(crate) fn surface_samples(&self) -> SurfaceSamples {
+        self.chunks[..self.chunk_count].iter().map(|chunk| chunk.workspace.counts).sum()
+    }
+
+    /// Whether anything touches anything.
+    pub(crate) fn touches(&self) -> bool {
+        self.arc_forces().next().is_some() || self.pair_forces().next().is_some()
     }
 
     /// Energy in all normal springs (J).

@@ -33,6 +33,27 @@ use schemas::scene::Integrator;
 /// Roundings of one body's momentum in a step: of up to a dozen contacts, the kick and the turn.
 const ROUNDINGS: f64 = 64.0;
 
+/// The bodies that no force moves, pinned or driven, and how heavy all others are.
+#[derive(Clone, Debug)]
+pub(crate) struct Holders {
+    numbers: Vec<u32>,
+    free_mass_kg: f64,
+}
+
+impl Holders {
+    pub(crate) fn of(bodies: &[Body]) -> Holders {
+        let (mut numbers, mut free_mass_kg) = (Vec::new(), 0.0);
+        for (number, body) in (0..).zip(bodies) {
+            if body.pinned {
+                numbers.push(number);
+            } else {
+                free_mass_kg += body.mass_kg;
+            }
+        }
+        Holders { numbers, free_mass_kg }
+    }
+}
+
 /// Momentum of all free bodies.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Momentum {
@@ -78,7 +99,7 @@ impl Impulse {
     /// evaluation.
     pub(crate) fn of_holders(model: &Model, moment: &Moment, evaluation: &Evaluation) -> Impulse {
         let mut sum = Impulse::ZERO;
-        for &holder in model.holders() {
+        for &holder in &model.holders().numbers {
             let (wrench, circle) = (&evaluation.wrenches[holder as usize], &moment.circles[holder as usize]);
             sum.push(&circle.centre, -wrench.force, &-wrench.torque);
         }
@@ -97,7 +118,7 @@ impl Impulse {
         let mut sum = Impulse { kicks: 1, ..Impulse::ZERO };
         sum.add(&Impulse::of_holders(model, moment, evaluation), time_step);
         if !(angular || model.features.drag) {
-            sum.linear += model.gravity() * (model.free_mass_kg() * time_step);
+            sum.linear += model.gravity() * (model.holders().free_mass_kg * time_step);
             return sum;
         }
         let free = model.bodies().iter().enumerate().filter(|(_, body)| !body.pinned);
@@ -121,7 +142,7 @@ impl Impulse {
     pub(crate) fn of_stage(model: &Model, moment: &Moment, evaluation: &Evaluation) -> Impulse {
         let mut sum = Impulse::of_holders(model, moment, evaluation);
         let dragged = model.features.drag || model.features.quadratic_drag;
-        sum.linear += model.gravity() * model.free_mass_kg();
+        sum.linear += model.gravity() * model.holders().free_mass_kg;
         if dragged {
             let free = model.bodies().iter().zip(&moment.velocities).filter(|(body, _)| !body.pinned);
             for (body, velocity) in free {

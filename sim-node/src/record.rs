@@ -89,7 +89,14 @@ impl Records {
         if self.energy.is_some() {
             self.drive_work += scratch.drive_work_j;
         }
-        let contacts = scratch.evaluation.contacts(&scratch.moment);
+        let mut contacts = scratch.evaluation.contacts(&scratch.moment);
+        // Contacts at rest are in no evaluation.
+        let (mut resting_pairs, mut resting_energy) = (0, 0.0);
+        if let Some(asleep) = scratch.asleep.as_ref().filter(|asleep| !asleep.contacts.is_empty()) {
+            (resting_pairs, resting_energy) = (asleep.candidate_pairs, asleep.energy);
+            contacts.extend_from_slice(&asleep.contacts);
+            contacts.sort_by_key(|&(a, b, contact)| (a, b, contact.arc));
+        }
         let (penetration_m, penetration_beyond_bound) = penetration(model, &contacts);
         let deepest = contacts.iter().find(|contact| contact.2.penetration == penetration_m);
         self.deepest = deepest.map(|&(a, b, _)| (model.body_name(a), model.body_name(b), penetration_m));
@@ -104,15 +111,16 @@ impl Records {
         StepRecord {
             step: state.step,
             sim_time_s: state.sim_time_s,
-            candidate_pairs: scratch.evaluation.candidates(model, &scratch.moment).count() as u64,
+            candidate_pairs: scratch.evaluation.candidates(model, &scratch.moment).count() as u64
+                + resting_pairs,
             contacts: contacts.len() as u64,
             kinetic_energy_j,
             gravity_energy_j,
-            contact_energy_j: contact_energy(model, state, scratch),
+            contact_energy_j: contact_energy(model, state, scratch) + resting_energy,
             dissipated_energy_j: state.dissipated_energy_j,
             penetration_m,
             penetration_beyond_bound,
-            surface_samples: scratch.evaluation.surface_samples(&scratch.moment),
+            surface_samples: scratch.moment.random.as_ref().map(|_| scratch.evaluation.surface_samples()),
             error_estimate_m: (audited && model.estimates_error())
                 .then(|| estimate::step_error(model, state)),
             drive_work_j: (!model.driven().is_empty()).then_some(scratch.drive_work_j + 0.0),

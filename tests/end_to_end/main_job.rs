@@ -102,6 +102,50 @@ fn rerender_changes_frames_and_nothing_else() {
 }
 
 #[test]
+fn rerender_has_short_words_parts_and_linear_light() {
+    let place = Place::new();
+    place.expect(0, &["run", "tiny.toml", "--out", "run"]);
+    let small = ["--spp", "2", "--size", "32x16"];
+    // Frames alone are those of the whole log, bit for bit.
+    place.expect(0, &[&["rerender", "run/log.mcap", "--out", "all"][..], &small].concat());
+    let part = ["rerender", "run/log.mcap", "--out", "part", "--frames", "1-2", "--exr", "--sheet", "2"];
+    let text = place.expect(0, &[&part[..], &small].concat());
+    assert!(text.contains("pictures        2"), "{text}");
+    for frame in ["0001", "0002"] {
+        let name = format!("frames/{frame}.png");
+        assert!(place.bytes(&format!("part/{name}")) == place.bytes(&format!("all/{name}")), "frame {frame}");
+        assert!(place.bytes(&format!("part/frames/{frame}.exr")).starts_with(&[0x76, 0x2f, 0x31, 0x01]));
+    }
+    assert!(!place.path("part/log.mcap").exists() && !place.path("part/frames/0000.png").exists());
+    assert!(place.bytes("part/sheet.png").starts_with(b"\x89PNG"));
+    place.expect(0, &["sheet", "all/log.mcap", "--out", "sheet.png", "--count", "3"]);
+    assert!(place.bytes("sheet.png").starts_with(b"\x89PNG"));
+    // A camera on its own, and what is wrong is named.
+    let camera = [
+        "rerender",
+        "run/log.mcap",
+        "--out",
+        "near",
+        "--frames",
+        "0",
+        "--camera",
+        "-1,2,6:0,0,0",
+        "--preview",
+    ];
+    place.expect(0, &camera);
+    for (wrong, named) in [
+        (["--size", "32"], "1920x1080"),
+        (["--camera", "1,2"], "1,0.5,8"),
+        (["--crop", "1,2,3"], "left, top"),
+        (["--frames", "3-99"], "from 0 to 3"),
+        (["--spp", "0"], "samples_per_pixel"),
+    ] {
+        let text = place.expect(2, &[&["rerender", "run/log.mcap", "--out", "wrong"][..], &wrong].concat());
+        assert!(text.contains(named), "{wrong:?}: {text}");
+    }
+}
+
+#[test]
 fn diff_names_step_ring_and_field() {
     let place = Place::new();
     place.expect(0, &["run", "tiny.toml", "--out", "a", "--no-render"]);

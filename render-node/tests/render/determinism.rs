@@ -61,8 +61,9 @@ fn what_is_left_out_would_not_change_a_bit() {
             scene.render.sky.horizon_radiance = [0.0; 3];
         }
         for light in &mut scene.render.lights {
-            use schemas::scene::render::Light::{Rectangle, Sphere};
-            let (Sphere { radiance, .. } | Rectangle { radiance, .. }) = light;
+            use schemas::scene::render::Light::{Rectangle, Sphere, Sun};
+            let (Sphere { radiance, .. } | Rectangle { radiance, .. } | Sun { irradiance: radiance, .. }) =
+                light;
             *radiance = if lights { *radiance } else { [0.0; 3] };
         }
         let (planned, plan) = RenderModel::compile(&scene);

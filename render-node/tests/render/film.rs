@@ -2,7 +2,9 @@
 
 use crate::staging::{film, scene, threads};
 use geometry::Vec3;
-use render_node::{Film, Job, PixelSums, RenderModel, add_samples, render};
+use render_node::{
+    FeatureImages, Film, Job, PixelSums, RenderModel, add_samples, exr_bytes, film_channels, render,
+};
 use schemas::scene::Scene;
 
 /// A ring of brass over a checkered floor of plastic, a light and a sky.
@@ -157,4 +159,115 @@ fn variance_is_the_spread_of_pictures() {
     println!("estimated variance {estimated:.4e}, spread of {RUNS} pictures {spread:.4e}, tolerance 20 %");
     assert!((estimated / spread - 1.0).abs() < 0.2);
     assert_eq!(PixelSums::default().variance(), 0.0);
+}
+
+/// With a limit of noise a pixel stops at a multiple of 16 samples, as soon as its error allows, and nowhere else.
+#[test]
+fn pixels_stop_at_the_noise_that_is_asked_for() {
+    let settings = "render.samples_per_pixel = 512\nrender.bounces_max = 1";
+    let limit = still_life(&format!("{settings}\nrender.noise_max = 0.05"));
+    let film = film(&limit);
+    let counts: Vec<u32> = film.sums.iter().map(|sums| sums.count).collect();
+    assert!(counts.iter().all(|count| count.is_multiple_of(16) && (32..=512).contains(count)));
+    let (least, most) = (counts.iter().min(), counts.iter().max());
+    println!("samples from {least:?} to {most:?}, {} in all of {}", film.samples(), 512 * counts.len());
+    assert!(least == Some(&32) && most > least && film.samples() < 256 * counts.len() as u64);
+    for (sums, rgb) in film.sums.iter().zip(&film.rgb).filter(|(sums, _)| sums.count < 512) {
+        let allowed = 0.05 * (render_node::luminance(&Vec3::from(*rgb)) + 0.01);
+        assert!(sums.variance() <= allowed * allowed);
+    }
+    // In parts, in a crop and on other threads it is the same.
+    let (model, _) = RenderModel::compile(&limit);
+    let whole = render(&model, &limit.initial_bodies(), 3, limit.seed, threads(1)).expect("a state");
+    let parts = add(&limit, 48..512, add(&limit, 0..48, Film::black(53, 37), 2), 3);
+    assert_eq!(parts, whole);
+    let crop = self::film(&still_life(&format!(
+        "{settings}\nrender.noise_max = 0.05\nrender.crop_px = [9, 9, 4, 1]"
+    )));
+    assert_eq!(crop.sums[..], film.sums[9 * 53 + 9..9 * 53 + 13]);
+}
+
+#[test]
+fn feature_images_tell_what_is_there() {
+    let scene = still_life("");
+    let (model, _) = RenderModel::compile(&scene);
+    let images = FeatureImages::new(&model, &scene.initial_bodies(), 0).expect("a state");
+    assert_eq!((images.width_px, images.height_px, images.surface.len()), (53, 37, 53 * 37));
+    let mut seen = [0; 3];
+    for (index, &surface) in images.surface.iter().enumerate() {
+        seen[(surface + 1) as usize] += 1;
+        let (distance, normal) = (images.distance_m[index], Vec3::from(images.normal[index]));
+        if surface < 0 {
+            assert!(distance == f64::INFINITY && normal == Vec3::zeros());
+        } else {
+            assert!(distance > 1.0 && (normal.norm() - 1.0).abs() < 1e-12);
+        }
+        if surface == 1 {
+            assert_eq!(normal, Vec3::z(), "the floor's normal");
+        }
+        if surface == 0 {
+            let brass = render_node::bsdf::ComplexIndex::measured(schemas::scene::render::Metal::Brass);
+            assert_eq!(Vec3::from(images.albedo[index]), brass.reflectance(1.0));
+        }
+    }
+    println!("nothing, ring, floor: {seen:?} pixels");
+    assert!(seen[1] > 100 && seen[2] > 100);
+    // They and the film become one file.
+    let film = film(&scene);
+    let channels: Vec<_> = film_channels(&film).into_iter().chain(images.channels()).collect();
+    let names: Vec<_> = channels.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(
+        names.join(" "),
+        "R G B variance.Y samples.count Z normal.X normal.Y normal.Z albedo.R albedo.G albedo.B id.surface"
+    );
+    let bytes = exr_bytes(53, 37, channels).expect("a file");
+    assert!(bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]));
+}
+
+/// Colours by speed and penetration are those of the colour map, by number differ from each other.
+#[test]
+fn colours_can_mean_something() {
+    let colours = |settings: &str, velocities: [f64; 3]| {
+        let scene = scene(&format!(
+            "
+            ring = [
+                {{ major_radius_m = 1.0, minor_radius_m = 0.2, mass_kg = 1.0, material = 'a', position_m = [0, 0, 0] }},
+                {{ major_radius_m = 1.0, minor_radius_m = 0.2, mass_kg = 1.0, material = 'a', position_m = [2.38, 0, 0] }},
+                {{ major_radius_m = 1.0, minor_radius_m = 0.2, mass_kg = 1.0, material = 'a', position_m = [6, 0, 0] }},
+            ]
+            render.camera = {{ position_m = [3, 0, 10], projection = 'orthographic', view_height_m = 4.0, look_at_m = [3, 0, 0] }}
+            render.width_px = 96
+            render.height_px = 48
+            {settings}
+            "
+        ));
+        let mut bodies = scene.initial_bodies();
+        for (body, speed) in bodies.iter_mut().zip(velocities) {
+            body.linear_velocity_m_per_s = [0.0, 0.0, speed];
+        }
+        let (model, _) = RenderModel::compile(&scene);
+        let images = FeatureImages::new(&model, &bodies, 0).expect("a state");
+        [0, 1, 2].map(|ring| {
+            let pixel = images.surface.iter().position(|&surface| surface == ring).expect("it is seen");
+            images.albedo[pixel]
+        })
+    };
+    assert_eq!(colours("", [1.0, 2.0, 3.0]), [[0.5; 3]; 3]);
+    let linear = |code: f64| libm::pow((code / 255.0 + 0.055) / 1.055, 2.4);
+    let near = |found: [f64; 3], code: [f64; 3]| {
+        let expected = code.map(linear);
+        println!("{found:.4?}, expected {expected:.4?}");
+        assert!((0..3).all(|axis| (found[axis] - expected[axis]).abs() < 1e-3));
+    };
+    let speeds = colours("render.colouring = { by = 'speed', max = 4.0 }", [0.0, 2.0, 9.0]);
+    near(speeds[1], [33.0, 145.0, 140.0]);
+    near(speeds[2], [253.0, 231.0, 37.0]);
+    assert!(speeds[0][2] > speeds[0][0] && speeds[0][0] > speeds[0][1]);
+    // The first two penetrate by 0.02 of a wire of 0.4: 0.05 of its diameter, the whole scale by default.
+    let depths = colours("render.colouring.by = 'penetration'", [0.0; 3]);
+    near(depths[0], [253.0, 231.0, 37.0]);
+    assert_eq!(depths[0], depths[1]);
+    assert_eq!(depths[2], speeds[0]);
+    let numbers = colours("render.colouring.by = 'number'", [0.0; 3]);
+    assert!(numbers[0] != numbers[1] && numbers[1] != numbers[2]);
 }

@@ -1,6 +1,7 @@
 //! Tests of the renderer's core: is the light right, is the nearest surface found, are the bits the same?
 
 mod bsdfs;
+mod cameras;
 mod determinism;
 mod edges;
 mod film;
@@ -8,6 +9,8 @@ mod hits;
 mod light;
 mod mis;
 mod picture;
+mod reference;
+mod sky;
 mod solids;
 mod staging;
 mod warps;

@@ -118,6 +118,42 @@ fn roulette_keeps_the_mean() {
     }
 }
 
+/// Light that is cut is cut after the first reflection alone, and never more than asked for.
+#[test]
+fn indirect_light_can_be_cut() {
+    let picture = |settings: &str| {
+        film(&scene(&format!(
+            "
+            sphere = [{{ radius_m = 1.0, mass_kg = 1.0, material = 'b', position_m = [0, 0, 1] }}]
+            plane = [{{ normal = [0, 0, 1], offset_m = 0.0, material = 'a' }}]
+            render.look.a.albedo = [0.5, 0.5, 0.5]
+            render.look.b = {{ bsdf = 'conductor', metal = 'silver', roughness = 0.1 }}
+            render.sky = {{ zenith_radiance = [0, 0, 0], horizon_radiance = [0, 0, 0] }}
+            render.camera = {{ position_m = [2, -6, 3], look_at_m = [0, 0, 0.5], up = [0, 0, 1] }}
+            render.light = [{SMALL}]
+            render.width_px = 32
+            render.height_px = 24
+            {settings}
+            "
+        )))
+    };
+    let (all, loose, tight) = (
+        picture("render.bounces_max = 3"),
+        picture("render.bounces_max = 3\nrender.indirect_max = 1e9"),
+        picture("render.bounces_max = 3\nrender.indirect_max = 0.01"),
+    );
+    assert_eq!(all.rgb, loose.rgb);
+    let mean = |film: &Film| mean_and_error(film).0;
+    // The light on the floor and the light seen in the ball come after one reflection or none: they stay.
+    let direct = mean(&picture("render.bounces_max = 0"));
+    println!("mean {:.4}, cut {:.4}, direct alone {direct:.4}", mean(&all), mean(&tight));
+    assert!(mean(&tight) < 0.995 * mean(&all) && mean(&tight) > 0.9 * direct);
+    // Each sample brings at most three cut contributions beyond the direct light.
+    for (cut, whole) in tight.rgb.iter().zip(&all.rgb) {
+        assert!(cut[0] <= whole[0] + 1e-12);
+    }
+}
+
 /// A thousand bounces between white walls, and roulette without an end: exactly 1, and 1 on average.
 #[test]
 fn white_rooms_with_a_thousand_bounces() {

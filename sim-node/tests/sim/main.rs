@@ -23,6 +23,7 @@ mod refusals;
 mod samplers;
 mod scenes;
 mod sheet;
+mod sleep;
 mod solids;
 mod stability;
 mod steps;

@@ -28,6 +28,46 @@ pub enum DirectLight {
     Bsdf,
 }
 
+/// How linear radiance becomes the colours of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ToneMapping {
+    /// None: what is brighter than white is white.
+    #[default]
+    Srgb,
+    /// A fit of the film-like curve of ACES: deep shadows, highlights that roll off.
+    Aces,
+    /// A fit of AgX: highlights that roll off and lose their colour softly.
+    Agx,
+}
+
+/// What the colours of bodies mean.
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Colouring {
+    /// What a body's colour shows.
+    pub by: ColourBy,
+    /// What the last colour stands for: 1 m/s of speed, or 0.05 of the thinner wire's diameter of penetration, if nothing is
+    /// said.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max: Option<f64>,
+}
+
+/// What a body's colour shows. Colours run from violet over green to yellow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ColourBy {
+    /// The look of its material.
+    #[default]
+    Look,
+    /// Its speed.
+    Speed,
+    /// How deep it is in other rings, at most, as a share of the thinner wire's diameter. Rings among themselves only.
+    Penetration,
+    /// Its number: neighbours differ.
+    Number,
+}
+
 /// How the light around a pixel's middle counts. Samples are drawn with the filter's shape as density, so each counts
 /// the same and belongs to one pixel alone.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -20,7 +20,7 @@ impl Default for Sky {
     }
 }
 
-/// A light with an area.
+/// A light.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "shape", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Light {
@@ -44,4 +44,40 @@ pub enum Light {
         /// Emitted radiance (red, green, blue).
         radiance: [f64; 3],
     },
+    /// A disc that is infinitely far away and as bright everywhere on it.
+    Sun {
+        /// The direction in which it stands, of any length.
+        direction: [f64; 3],
+        /// Half the angle under which it is seen, in radians; that of the sun if nothing is said.
+        #[serde(default = "angular_radius_of_the_sun")]
+        angular_radius_rad: f64,
+        /// Irradiance (red, green, blue) of a surface that faces it, in watts per square metre.
+        irradiance: [f64; 3],
+    },
+}
+
+/// Radius over distance of the sun: 696,000 km over 149,600,000 km.
+fn angular_radius_of_the_sun() -> f64 {
+    0.00465
+}
+
+/// A picture of the light from all around, instead of the sky: columns of equal turns about `sky.up`, rows of equal
+/// angles from it down (equirectangular).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Environment {
+    /// An OpenEXR or Radiance file (`.exr`, `.hdr`) of linear radiance, found from the folder that the renderer is
+    /// started in. The log does not hold it: `frame_info` has its hash.
+    pub file: String,
+    /// Factor on its radiance.
+    #[serde(default = "one")]
+    pub scale: f64,
+    /// Angle by which it is turned about `sky.up`, in radians. At 0 its middle column lies along the World axis that is
+    /// least along `sky.up`, made level.
+    #[serde(default)]
+    pub turn_rad: f64,
+}
+
+fn one() -> f64 {
+    1.0
 }

@@ -4,14 +4,16 @@
 //! scenes and logs from before a key existed mean what they meant.
 
 mod bounces;
+mod camera;
 mod film;
 mod light;
 mod look;
 mod validate;
 
 pub use bounces::UNLIMITED;
-pub use film::{DirectLight, Filter, FilterShape, Sampler};
-pub use light::{Light, Sky};
+pub use camera::{Camera, Projection, Viewpoint};
+pub use film::{ColourBy, Colouring, DirectLight, Filter, FilterShape, Sampler, ToneMapping};
+pub use light::{Environment, Light, Sky};
 pub use look::{Bsdf, Look, Metal};
 pub(super) use validate::validate;
 
@@ -30,8 +32,13 @@ pub struct Render {
     /// whole picture, bit for bit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub crop_px: Option<[u32; 4]>,
-    /// Paths traced through each pixel.
+    /// Paths traced through each pixel; the most, where `noise_max` is given.
     pub samples_per_pixel: u32,
+    /// A pixel gets no more samples once its standard error is at most this share of its luminance (plus a hundredth of
+    /// white, which is all that one can see in the dark). It is looked at after every 16 samples, from 32 on, so it depends on
+    /// nothing but the pixel.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise_max: Option<f64>,
     /// Where the random numbers of a path come from.
     #[serde(skip_serializing_if = "is_default")]
     pub sampler: Sampler,
@@ -45,15 +52,28 @@ pub struct Render {
     /// Reflections after which a path goes on only with the probability of its throughput (Russian roulette).
     #[serde(skip_serializing_if = "is_default_roulette")]
     pub roulette_after: u32,
+    /// Light that a path brings after its first reflection is cut down to this luminance. It takes the bright specks away that
+    /// metal throws at diffuse surfaces, and some of the light with them: the mean is too dark there. Without it nothing is cut.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub indirect_max: Option<f64>,
     /// How light from lights is found; the mean of many samples does not depend on it.
     #[serde(skip_serializing_if = "is_default")]
     pub direct_light: DirectLight,
     /// Factor on radiance before the picture is encoded.
     pub exposure: f64,
+    /// How linear radiance becomes the colours of a picture.
+    #[serde(skip_serializing_if = "is_default")]
+    pub tone_mapping: ToneMapping,
+    /// What the colours of bodies mean.
+    #[serde(skip_serializing_if = "is_default")]
+    pub colouring: Colouring,
     /// The camera.
     pub camera: Camera,
     /// Radiance that comes from where nothing is.
     pub sky: Sky,
+    /// A picture of the light from all around; it takes the place of the sky.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub environment: Option<Environment>,
     /// Lights.
     #[serde(rename = "light")]
     pub lights: Vec<Light>,
@@ -80,41 +100,21 @@ impl Default for Render {
             height_px: 360,
             crop_px: None,
             samples_per_pixel: 16,
+            noise_max: None,
             sampler: Sampler::default(),
             filter: Filter::default(),
             bounces_max: 2,
             roulette_after: ROULETTE_AFTER,
+            indirect_max: None,
             direct_light: DirectLight::default(),
             exposure: 1.0,
+            tone_mapping: ToneMapping::default(),
+            colouring: Colouring::default(),
             camera: Camera::default(),
             sky: Sky::default(),
+            environment: None,
             lights: Vec::new(),
             looks: BTreeMap::new(),
-        }
-    }
-}
-
-/// A pinhole camera.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Camera {
-    /// Where it stands, in metres.
-    pub position_m: [f64; 3],
-    /// The point in the middle of the picture, in metres.
-    pub look_at_m: [f64; 3],
-    /// The direction that is up in the picture; not parallel to the view.
-    pub up: [f64; 3],
-    /// Angle from the bottom to the top of the picture, in radians.
-    pub vertical_field_of_view_rad: f64,
-}
-
-impl Default for Camera {
-    fn default() -> Self {
-        Camera {
-            position_m: [0.0, 0.0, 5.0],
-            look_at_m: [0.0; 3],
-            up: [0.0, 1.0, 0.0],
-            vertical_field_of_view_rad: 0.7,
         }
     }
 }

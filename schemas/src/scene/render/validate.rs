@@ -4,7 +4,7 @@ use super::super::SceneError;
 use super::super::validate::{
     colour, cross, norm, not_negative, positive, refuse, refuse_number, unit_or_longer, vector,
 };
-use super::{Bsdf, Camera, Light, Look, Render};
+use super::{Bsdf, Camera, Light, Look, Projection, Render};
 
 pub(in super::super) fn validate(render: &Render) -> Result<(), SceneError> {
     validate_film(render)?;
@@ -12,6 +12,13 @@ pub(in super::super) fn validate(render: &Render) -> Result<(), SceneError> {
     unit_or_longer("render.sky.up", &render.sky.up)?;
     colour("render.sky.zenith_radiance", &render.sky.zenith_radiance)?;
     colour("render.sky.horizon_radiance", &render.sky.horizon_radiance)?;
+    if let Some(environment) = &render.environment {
+        if environment.file.is_empty() {
+            return Err(refuse("render.environment.file", "\"\"", "the name of an .exr or .hdr file"));
+        }
+        positive("render.environment.scale", environment.scale)?;
+        vector("render.environment.turn_rad", &[environment.turn_rad])?;
+    }
     for (index, light) in render.lights.iter().enumerate() {
         validate_light(light, &|field: &str| format!("render.light[{index}].{field}"))?;
     }
@@ -46,6 +53,17 @@ fn validate_film(render: &Render) -> Result<(), SceneError> {
     if render.samples_per_pixel == 0 {
         return Err(refuse("render.samples_per_pixel", 0, "1 or more"));
     }
+    if let Some(noise) = render.noise_max
+        && !(noise > 0.0 && noise < 1.0)
+    {
+        return Err(refuse_number(
+            "render.noise_max",
+            noise,
+            "more than 0 and less than 1; 0.02 is hardly visible",
+        ));
+    }
+    render.colouring.max.map_or(Ok(()), |max| positive("render.colouring.max", max))?;
+    render.indirect_max.map_or(Ok(()), |most| positive("render.indirect_max", most))?;
     let radius = render.filter.radius_px;
     if !(radius > 0.0 && radius <= 16.0) {
         return Err(refuse_number("render.filter.radius_px", radius, "more than 0 and at most 16 pixels"));
@@ -54,18 +72,63 @@ fn validate_film(render: &Render) -> Result<(), SceneError> {
 }
 
 fn validate_camera(camera: &Camera) -> Result<(), SceneError> {
-    vector("render.camera.position_m", &camera.position_m)?;
-    vector("render.camera.look_at_m", &camera.look_at_m)?;
     vector("render.camera.up", &camera.up)?;
+    let key = |field: &str| format!("render.camera.{field}");
     let angle = camera.vertical_field_of_view_rad;
-    if !(angle > 0.0 && angle < std::f64::consts::PI) {
-        return Err(refuse_number(
-            "render.camera.vertical_field_of_view_rad",
-            angle,
-            "more than 0 and less than pi",
-        ));
+    validate_view(&key, camera, &camera.position_m, &camera.look_at_m, angle)?;
+    match (camera.projection, camera.view_height_m) {
+        (Projection::Orthographic, None) => {
+            return Err(refuse(
+                &key("view_height_m"),
+                "missing",
+                "what an orthographic picture shows, in metres",
+            ));
+        }
+        (Projection::Perspective, Some(height)) => {
+            let expected = "no such key unless projection is \"orthographic\"";
+            return Err(refuse_number(&key("view_height_m"), height, expected));
+        }
+        (_, height) => height.map_or(Ok(()), |height| positive(&key("view_height_m"), height))?,
     }
-    let view: [f64; 3] = std::array::from_fn(|axis| camera.look_at_m[axis] - camera.position_m[axis]);
+    not_negative(&key("lens_radius_m"), camera.lens_radius_m)?;
+    if camera.lens_radius_m > 0.0 && camera.projection == Projection::Orthographic {
+        let expected = "0: an orthographic picture is sharp everywhere";
+        return Err(refuse_number(&key("lens_radius_m"), camera.lens_radius_m, expected));
+    }
+    camera.focus_distance_m.map_or(Ok(()), |distance| positive(&key("focus_distance_m"), distance))?;
+    not_negative(&key("shutter_s"), camera.shutter_s)?;
+    let moments = camera.shutter_moments;
+    if !(moments.is_power_of_two() && moments <= 256) {
+        return Err(refuse(&key("shutter_moments"), moments, "a power of two from 1 to 256"));
+    }
+    let mut last = f64::NEG_INFINITY;
+    for (index, viewpoint) in camera.path.iter().enumerate() {
+        let key = |field: &str| format!("render.camera.path[{index}].{field}");
+        vector(&key("time_s"), &[viewpoint.time_s])?;
+        if viewpoint.time_s <= last {
+            let expected = format!("later than the {last:?} of the viewpoint before");
+            return Err(refuse_number(&key("time_s"), viewpoint.time_s, &expected));
+        }
+        last = viewpoint.time_s;
+        let angle = viewpoint.vertical_field_of_view_rad.unwrap_or(angle);
+        validate_view(&key, camera, &viewpoint.position_m, &viewpoint.look_at_m, angle)?;
+    }
+    Ok(())
+}
+
+fn validate_view(
+    key: &dyn Fn(&str) -> String,
+    camera: &Camera,
+    position_m: &[f64; 3],
+    look_at_m: &[f64; 3],
+    angle: f64,
+) -> Result<(), SceneError> {
+    vector(&key("position_m"), position_m)?;
+    vector(&key("look_at_m"), look_at_m)?;
+    if !(angle > 0.0 && angle < std::f64::consts::PI) {
+        return Err(refuse_number(&key("vertical_field_of_view_rad"), angle, "more than 0 and less than pi"));
+    }
+    let view: [f64; 3] = std::array::from_fn(|axis| look_at_m[axis] - position_m[axis]);
     let side = cross(&view, &camera.up);
     // All of them are finite: that was checked above.
     if norm(&side) <= 1e-9 * norm(&view) * norm(&camera.up) {
@@ -97,6 +160,14 @@ fn validate_light(light: &Light, key: &dyn Fn(&str) -> String) -> Result<(), Sce
             vector(&key("edge_v_m"), edge_v_m)?;
             unit_or_longer(&key("edge_u_m x edge_v_m"), &cross(edge_u_m, edge_v_m))?;
             colour(&key("radiance"), radiance)
+        }
+        Light::Sun { direction, angular_radius_rad, irradiance } => {
+            unit_or_longer(&key("direction"), direction)?;
+            if !(*angular_radius_rad >= 1e-6 && *angular_radius_rad <= std::f64::consts::FRAC_PI_2) {
+                let expected = "from 1e-6 to pi/2; the sun's is 0.00465";
+                return Err(refuse_number(&key("angular_radius_rad"), *angular_radius_rad, expected));
+            }
+            colour(&key("irradiance"), irradiance)
         }
     }
 }

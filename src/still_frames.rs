@@ -1,0 +1,95 @@
+//! Frames of a log rendered again by this process alone, into pictures and no log: a part of them, or with linear light.
+
+use crate::failure::Failure;
+use crate::pictures::{InTheMaking, Made, remove_earlier};
+use crate::progress::{Meter, Progress};
+use crate::{log_file, stop};
+use recorder::Log;
+use render_node::node::with_environment_file;
+use render_node::{FeatureImages, Film, Job, RenderModel, exr_bytes, film_channels, png_bytes, render_while};
+use schemas::scene::Scene;
+use schemas::state::BodyState;
+use std::fs;
+use std::num::NonZeroUsize;
+use std::ops::RangeInclusive;
+use std::path::Path;
+
+/// What to render.
+pub struct Wanted<'a> {
+    pub log: &'a Log,
+    /// The log's scene with its new second half.
+    pub scene: &'a Scene,
+    pub frames: RangeInclusive<u64>,
+    /// Whether linear light and feature images are written beside each picture.
+    pub exr: bool,
+    pub threads: NonZeroUsize,
+}
+
+/// Renders frames into `FOLDER/frames/NNNN.png`, with `NNNN.exr` beside them if they are asked for, and a movie of more
+/// than one. Returns the pictures' bytes, too.
+pub fn render(wanted: &Wanted, folder: &Path) -> Result<(Made, Vec<Vec<u8>>), Failure> {
+    let write = |path: &Path, bytes: &[u8]| {
+        fs::write(path, bytes)
+            .map_err(|error| Failure::lost(format!("cannot write {}: {error}", path.display())))
+    };
+    let cannot = |error: &dyn std::fmt::Display| Failure::input(error);
+    let (model, _) = RenderModel::try_compile(wanted.scene).map_err(|error| cannot(&error))?;
+    let (model, _) = with_environment_file(model).map_err(|error| cannot(&error))?;
+    remove_earlier(folder)
+        .map_err(|error| Failure::lost(format!("cannot write {}: {error}", folder.display())))?;
+    let frames = folder.join("frames");
+    fs::create_dir_all(&frames)
+        .map_err(|error| Failure::lost(format!("cannot make {}: {error}", frames.display())))?;
+    let mut movie = InTheMaking::new(wanted.log, folder)?;
+    let mut meter = Meter::for_this_process("renderer", "frames");
+    let total = wanted.frames.end() - wanted.frames.start() + 1;
+    let mut pictures = Vec::new();
+    for frame in wanted.frames.clone() {
+        let bodies = state_of(wanted, frame)?;
+        let job = Job { frame, seed: wanted.scene.seed, threads: wanted.threads };
+        let film = render_while(&model, &bodies, &job, &mut || !stop::requested())
+            .map_err(|error| cannot(&format!("frame {frame}: {error}")))?;
+        let Some(film) = film else {
+            return Err(Failure::lost(format!("interrupted at frame {frame}; those before it are there")));
+        };
+        warn_of_non_finite(frame, &film);
+        let png = png_bytes(&film, model.settings()).map_err(Failure::lost)?;
+        write(&frames.join(format!("{frame:04}.png")), &png)?;
+        if wanted.exr {
+            let features = FeatureImages::new(&model, &bodies, frame).map_err(|error| cannot(&error))?;
+            let channels = film_channels(&film).into_iter().chain(features.channels()).collect();
+            let bytes = exr_bytes(film.width_px as usize, film.height_px as usize, channels)
+                .map_err(Failure::lost)?;
+            write(&frames.join(format!("{frame:04}.exr")), &bytes)?;
+        }
+        if total > 1 {
+            movie.push(&png);
+        }
+        pictures.push(png);
+        meter.show(Progress { done: frame - wanted.frames.start() + 1, total });
+    }
+    meter.finish();
+    Ok((Made { frames: Some(frames), movie: movie.finish() }, pictures))
+}
+
+/// The bodies of a frame.
+fn state_of(wanted: &Wanted, frame: u64) -> Result<Vec<BodyState>, Failure> {
+    let step = wanted.scene.time.frame_step(frame);
+    let state = wanted.log.state(step).map_err(log_file::failure)?;
+    let missing = || {
+        Failure::input(format!(
+            "{}: it has no state of frame {frame}, which is step {step}",
+            wanted.log.file()
+        ))
+    };
+    Ok(state.ok_or_else(missing)?.bodies)
+}
+
+fn warn_of_non_finite(frame: u64, film: &Film) {
+    if let Some(place) = film.first_non_finite {
+        crate::terminal::say(format!(
+            "warning: frame {frame}: {} samples were not finite and were left out; the first is sample {} of pixel {}, {}",
+            film.non_finite_samples, place.sample, place.x_px, place.y_px
+        ));
+    }
+}
