@@ -221,13 +221,14 @@ fn white_metal_is_white_at_any_roughness() {
                 squares += weight * weight;
             }
             let mean = sum / f64::from(COUNT);
-            let error = ((squares / f64::from(COUNT) - mean * mean) / f64::from(COUNT)).sqrt();
+            let variance = squares / f64::from(COUNT) - mean * mean;
+            let error = if variance > 0.0 { (variance / f64::from(COUNT)).sqrt() } else { 0.0 };
             // The table's: midpoints of 1152 strata and straight lines between 33 heights.
             println!(
-                "alpha {alpha} from height {:.2}: {mean:.4} +- {error:.4}, expected 1, tolerance 0.01",
+                "alpha {alpha} from height {:.2}: {mean:.4} +- {error:.4}, expected 1, tolerance 0.005",
                 wo.z
             );
-            assert!((mean - 1.0).abs() < 4.5 * error + 0.01);
+            assert!((mean - 1.0).abs() < 4.5 * error + 0.005);
         }
     }
 }
