@@ -162,6 +162,11 @@ impl Evaluation {
         contacts
     }
 
+    /// Whether anything touches anything.
+    pub(crate) fn touches(&self) -> bool {
+        self.arc_forces().next().is_some() || self.pair_forces().next().is_some()
+    }
+
     /// Energy in all normal springs (J).
     pub(crate) fn elastic_energy(&self) -> f64 {
         let mut energy = 0.0;

@@ -133,6 +133,14 @@ impl Model {
         model
     }
 
+    /// The same model with some more bodies pinned.
+    pub(crate) fn with_pins(&self, pinned: &[bool]) -> Model {
+        let mut model = self.clone();
+        model.bodies.iter_mut().zip(pinned).filter(|(_, pin)| **pin).for_each(|(body, _)| body.pin());
+        model.holders = holders(&model.bodies);
+        model
+    }
+
     /// Refuses shapes that the contact law has no answer for.
     fn check_law(&self) -> Result<(), ModelError> {
         let law = self.contact_law().name();
@@ -154,9 +162,6 @@ impl Model {
         }
         if self.round_count() < self.body_count() {
             return refused("bodies but rings, spheres and planes");
-        }
-        if self.materials_that_meet().any(|pair| pair.friction_coefficient > 0.0) {
-            return refused("friction");
         }
         Ok(())
     }
@@ -227,7 +232,7 @@ impl Model {
             driven,
             records_reactions: scene.record.reactions,
             linked_pairs: Vec::new(),
-            holders: (0..).zip(&bodies).filter(|(_, body)| body.pinned).map(|(number, _)| number).collect(),
+            holders: holders(&bodies),
             gravity: Vec3::from(gravity_m_per_s2),
             time: scene.time.clone(),
             method: scene.method.clone(),
@@ -483,4 +488,9 @@ impl Model {
         };
         poses.iter().zip(&self.bodies).map(circle).collect()
     }
+}
+
+/// The pinned and driven bodies.
+fn holders(bodies: &[Body]) -> Vec<u32> {
+    (0..).zip(bodies).filter(|(_, body)| body.pinned).map(|(number, _)| number).collect()
 }

@@ -83,7 +83,14 @@ impl Records {
         if self.energy.is_some() {
             self.drive_work += scratch.drive_work_j;
         }
-        let contacts = scratch.evaluation.contacts(&scratch.moment);
+        let mut contacts = scratch.evaluation.contacts(&scratch.moment);
+        // Contacts at rest are in no evaluation.
+        let (mut resting_pairs, mut resting_energy) = (0, 0.0);
+        if let Some(asleep) = scratch.asleep.as_ref().filter(|asleep| !asleep.contacts.is_empty()) {
+            (resting_pairs, resting_energy) = (asleep.candidate_pairs, asleep.energy);
+            contacts.extend_from_slice(&asleep.contacts);
+            contacts.sort_by_key(|&(a, b, contact)| (a, b, contact.arc));
+        }
         let (penetration_m, penetration_beyond_bound) = penetration(model, &contacts);
         let before = self.momentum.replace((state.step, momentum));
         self.unexplained = match &before {
@@ -96,11 +103,12 @@ impl Records {
         StepRecord {
             step: state.step,
             sim_time_s: state.sim_time_s,
-            candidate_pairs: scratch.evaluation.candidates(model, &scratch.moment).count() as u64,
+            candidate_pairs: scratch.evaluation.candidates(model, &scratch.moment).count() as u64
+                + resting_pairs,
             contacts: contacts.len() as u64,
             kinetic_energy_j,
             gravity_energy_j,
-            contact_energy_j: contact_energy(model, state, scratch),
+            contact_energy_j: contact_energy(model, state, scratch) + resting_energy,
             dissipated_energy_j: state.dissipated_energy_j,
             penetration_m,
             penetration_beyond_bound,

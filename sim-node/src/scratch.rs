@@ -5,6 +5,7 @@ use crate::integrator::explicit::Stages;
 use crate::integrator::verlet::VerletScratch;
 use crate::integrator::{dopri5, rk4};
 use crate::momentum::Impulse;
+use crate::sleep::Asleep;
 use crate::wrench::Velocity;
 use crate::{Model, risk};
 use geometry::lanes::Level;
@@ -37,6 +38,8 @@ pub struct Scratch {
     pub(crate) parts: BTreeMap<usize, (Model, VerletScratch)>,
     pub(crate) risk: risk::Workspace,
     pub(crate) pool: Option<rayon::ThreadPool>,
+    /// Who sleeps, where the scene lets islands sleep; the evaluation is that of the others then.
+    pub(crate) asleep: Option<Box<Asleep>>,
 }
 
 impl Scratch {
@@ -70,6 +73,7 @@ impl Scratch {
             parts: BTreeMap::new(),
             risk: risk::Workspace::default(),
             pool: pool.flatten(),
+            asleep: None,
         }
     }
 
@@ -77,6 +81,17 @@ impl Scratch {
     /// counted in.
     pub fn force_evaluations(&self) -> u64 {
         self.evaluation.count
+    }
+
+    /// Forgets who sleeps.
+    pub(crate) fn wake(&mut self, model: &Model) {
+        if self.asleep.take().is_some() {
+            let count = self.evaluation.count;
+            self.evaluation = Evaluation::new(model);
+            self.evaluation.count = count;
+            self.verlet = VerletScratch::of(model);
+            self.parts.clear();
+        }
     }
 
     /// Takes friction's springs over into the state, in pair order.

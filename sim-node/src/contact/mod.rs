@@ -36,7 +36,7 @@ pub(crate) mod surface;
 
 use crate::model::HalfSpace;
 use crate::wrench::{Velocity, Wrench};
-use friction::{Grip, Slip};
+use friction::{Grip, Rub, Slip};
 
 use geometry::arc::{circle_circle_arcs, circle_plane_arcs, circle_point_arcs, rule_for};
 use geometry::{Arcs, Circle, Vec3};
@@ -73,6 +73,8 @@ pub(crate) struct PairForce {
     pub energy: f64,
     pub contacts: [Contact; 2],
     pub contact_count: usize,
+    /// Friction at the contacts.
+    pub rubs: [Rub; 2],
 }
 
 impl PairForce {
@@ -94,6 +96,7 @@ impl PairForce {
             energy: 0.0,
             contacts: [NONE; 2],
             contact_count: 0,
+            rubs: [Rub::NONE; 2],
         }
     }
 }
@@ -246,10 +249,11 @@ fn close<const DAMPED: bool, const FRICTION: bool>(
         let mut spring = None;
         if rubs {
             let grip = patch.grip(pair);
-            let (force, kept) = slip.friction(pair, &grip, old[arc]);
+            let (rub, kept) = slip.friction(pair, &grip, old[arc]);
             spring = Some(kept);
-            patch.wrench.push(&grip.lever, force);
-            patch.lost.push(&grip.lever, force);
+            patch.wrench.push(&rub.lever, rub.force);
+            patch.lost.push(&rub.lever, rub.force);
+            total.rubs[arc] = rub;
         }
         total.on_a.add(&patch.wrench);
         total.lost_on_a.add(&patch.lost);

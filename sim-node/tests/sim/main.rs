@@ -22,6 +22,7 @@ mod refusals;
 mod samplers;
 mod scenes;
 mod sheet;
+mod sleep;
 mod solids;
 mod stability;
 mod steps;
