@@ -66,7 +66,8 @@ fn defaults_leave_no_trace_in_the_record() {
     let value: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let mut found: Vec<_> = value.as_object().expect("a table").keys().map(String::as_str).collect();
     let mut expected: Vec<_> = keys.split(' ').collect();
-    (found.sort_unstable(), expected.sort_unstable());
+    found.sort_unstable();
+    expected.sort_unstable();
     assert_eq!(found, expected);
 }
 
