@@ -333,7 +333,7 @@ mod tests {
             black_box(scratch.evaluation.contacts(&scratch.moment));
             black_box(crate::mechanical_energy(&model, &state));
         });
-        let mut sum = |momentum: bool| {
+        let sum = |momentum: bool| {
             least(&mut || {
                 let mut sum = Momentum::ZERO;
                 for (body, pose) in model.bodies().iter().zip(&state.bodies) {
