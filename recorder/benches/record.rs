@@ -86,6 +86,7 @@ fn messages(scene: Scene) -> Vec<Message<'static>> {
             dissipated_energy_j: value(4),
             penetration_m: 1e-4,
             penetration_beyond_bound: None,
+            surface_samples: None,
             error_estimate_m: None,
             drive_work_j: None,
             reactions: None,

@@ -7,7 +7,7 @@ use crate::reader::Log;
 use schemas::Hash;
 use schemas::end::Outcome;
 use schemas::scene::Scene;
-use schemas::step::{Audit, StepRecord};
+use schemas::step::{Audit, StepRecord, SurfaceSamples};
 use serde::Serialize;
 use std::fmt;
 
@@ -56,6 +56,8 @@ pub struct Summary {
     pub penetration_max_share: Option<f64>,
     /// Contacts deeper than the bound on the time step covers; `None` without any.
     pub beyond_bound: Option<BeyondBound>,
+    /// What the samples of the law `surface-integral` found in all steps; `None` where none are drawn.
+    pub surface_samples: Option<SurfaceSamples>,
     /// Pairs of rings that were linked at the start; `None` without an audit.
     pub links: Option<u64>,
     /// How many were still linked at the last audit.
@@ -143,6 +145,7 @@ impl Summary {
             penetration_max_share: wire_diameter_min_m(scene)
                 .map(|diameter| sums.penetration_max_m / diameter),
             beyond_bound: sums.beyond_bound,
+            surface_samples: sums.surface_samples,
             links: sums.audit.map(|audit| audit.links),
             links_intact: sums.audit.map(|audit| audit.links_intact),
             gap_min_m: sums.gap_min_m,
@@ -166,6 +169,7 @@ struct Sums {
     sim_time_s: f64,
     penetration_max_m: f64,
     beyond_bound: Option<BeyondBound>,
+    surface_samples: Option<SurfaceSamples>,
     audit: Option<Audit>,
     gap_min_m: Option<f64>,
     chained_hash: Hash,
@@ -196,6 +200,9 @@ impl Sums {
             let beyond = self.beyond_bound.get_or_insert(none);
             beyond.steps += 1;
             raise(&mut beyond.penetration_max_share, share);
+        }
+        if let Some(samples) = step.surface_samples {
+            *self.surface_samples.get_or_insert_default() += samples;
         }
         if let Some(audit) = step.audit {
             self.audit = Some(audit);
@@ -317,6 +324,14 @@ impl fmt::Display for Summary {
                 beyond.steps,
                 beyond.first_step,
                 100.0 * beyond.penetration_max_share
+            );
+            line("warning", text)?;
+        }
+        if let Some(samples) = self.surface_samples.filter(|samples| samples.missed > 0) {
+            let text = format!(
+                "{} of {} contacts, counted in each step, were hit by no sample and had no force ({} hits of {} samples); \
+                 take more method.surface.samples, or the sampler patch or quadrature",
+                samples.missed, samples.pairs, samples.hits, samples.samples
             );
             line("warning", text)?;
         }

@@ -232,7 +232,8 @@ impl Worker<'_, '_> {
             }
             self.sampler.start(pixel, sample);
             let (x, y) = filter_offset(&render.filter, self.sampler.pair(PIXEL_PAIR));
-            let (world, camera) = &self.moments[sample as usize % self.moments.len()];
+            // Their count is a power of two.
+            let (world, camera) = &self.moments[sample as usize & (self.moments.len() - 1)];
             self.tracer.world = world;
             let lens = || self.sampler.pair(LENS_PAIR);
             let ray = camera.ray(f64::from(x_px) + 0.5 + x, f64::from(y_px) + 0.5 + y, lens);

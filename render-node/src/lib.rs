@@ -29,7 +29,7 @@
 //! function, `PathTracer::radiance`. Rays are met exactly in `f64`; `f32` only culls, and wide of all rounding.
 //!
 //! # Limits
-//! Colours are red, green and blue, not spectra. A rough surface loses what would leave it after a second reflection. At each
+//! Colours are red, green and blue, not spectra. A rough coating of plastic loses what would leave it after a second reflection. At each
 //! vertex one light, chosen uniformly, is asked for its light. A ray
 //! leaves a surface 1e-6 of the smallest radius away from it, so coordinates should stay below 1e8 of the smallest radius. A
 //! body that is 1e5 times farther away than the others are large costs time: nothing is culled any more.

@@ -30,6 +30,10 @@ pub struct StepRecord {
     /// `None`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub penetration_beyond_bound: Option<f64>,
+    /// What the samples of the law `surface-integral` found in the step's last evaluation; `None` with another law or by
+    /// quadrature.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface_samples: Option<SurfaceSamples>,
     /// Estimated error of one step from this state (m): how far apart one step and two half steps put a body,
     /// at most; with `record.error_estimate` at frame times and at the last step.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -50,6 +54,37 @@ pub struct StepRecord {
     pub state_hash: Hash,
     /// The chained hash up to this step.
     pub chained_hash: Hash,
+}
+
+/// How well the samples of the law `surface-integral` see the contacts: a contact that no sample hits has no force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct SurfaceSamples {
+    /// Pairs that overlap, by their certified contact arcs.
+    pub pairs: u64,
+    /// Those of them that no sample hit: they push with no force at all.
+    pub missed: u64,
+    /// Samples of all their surfaces.
+    pub samples: u64,
+    /// Samples inside the other body.
+    pub hits: u64,
+}
+
+impl std::ops::AddAssign for SurfaceSamples {
+    fn add_assign(&mut self, other: SurfaceSamples) {
+        self.pairs += other.pairs;
+        self.missed += other.missed;
+        self.samples += other.samples;
+        self.hits += other.hits;
+    }
+}
+
+impl std::iter::Sum for SurfaceSamples {
+    fn sum<I: Iterator<Item = SurfaceSamples>>(all: I) -> SurfaceSamples {
+        all.fold(SurfaceSamples::default(), |mut sum, one| {
+            sum += one;
+            sum
+        })
+    }
 }
 
 /// What holds the mail, and what it bears: contact forces and weight, not the inertia of a driven body.
@@ -130,4 +165,4 @@ impl StageHashes {
 }
 
 /// JSON Schema of [`StepRecord`], written beside its channel.
-pub const STEP_JSON_SCHEMA: &str = r#"{"title":"chainmail.Step","type":"object","properties":{"step":{"type":"integer"},"sim_time_s":{"type":"number"},"candidate_pairs":{"type":"integer"},"contacts":{"type":"integer"},"kinetic_energy_j":{"type":"number"},"gravity_energy_j":{"type":"number"},"contact_energy_j":{"type":"number"},"dissipated_energy_j":{"type":"number"},"penetration_m":{"type":"number"},"penetration_beyond_bound":{"type":"number"},"error_estimate_m":{"type":"number"},"drive_work_j":{"type":"number"},"reactions":{"type":"object","properties":{"pins":{"type":"array","items":{"type":"object","properties":{"body":{"type":"integer"},"force_n":{"type":"array","items":{"type":"number"}},"torque_n_m":{"type":"array","items":{"type":"number"}}}}},"motions":{"type":"array","items":{"type":"object","properties":{"motion":{"type":"string"},"translation_m":{"type":"array","items":{"type":"number"}},"angle_rad":{"type":"number"},"force_n":{"type":"array","items":{"type":"number"}},"torque_n_m":{"type":"array","items":{"type":"number"}}}}}}},"audit":{"type":"object","properties":{"links":{"type":"integer"},"links_intact":{"type":"integer"},"gap_min_m":{"type":["number","null"]}}},"stages":{"type":"object","properties":{"candidate_pairs":{"type":"string"},"contacts":{"type":"string"},"forces":{"type":"string"},"state":{"type":"string"}}},"state_hash":{"type":"string"},"chained_hash":{"type":"string"}}}"#;
+pub const STEP_JSON_SCHEMA: &str = r#"{"title":"chainmail.Step","type":"object","properties":{"step":{"type":"integer"},"sim_time_s":{"type":"number"},"candidate_pairs":{"type":"integer"},"contacts":{"type":"integer"},"kinetic_energy_j":{"type":"number"},"gravity_energy_j":{"type":"number"},"contact_energy_j":{"type":"number"},"dissipated_energy_j":{"type":"number"},"penetration_m":{"type":"number"},"penetration_beyond_bound":{"type":"number"},"surface_samples":{"type":"object","properties":{"pairs":{"type":"integer"},"missed":{"type":"integer"},"samples":{"type":"integer"},"hits":{"type":"integer"}}},"error_estimate_m":{"type":"number"},"drive_work_j":{"type":"number"},"reactions":{"type":"object","properties":{"pins":{"type":"array","items":{"type":"object","properties":{"body":{"type":"integer"},"force_n":{"type":"array","items":{"type":"number"}},"torque_n_m":{"type":"array","items":{"type":"number"}}}}},"motions":{"type":"array","items":{"type":"object","properties":{"motion":{"type":"string"},"translation_m":{"type":"array","items":{"type":"number"}},"angle_rad":{"type":"number"},"force_n":{"type":"array","items":{"type":"number"}},"torque_n_m":{"type":"array","items":{"type":"number"}}}}}}},"audit":{"type":"object","properties":{"links":{"type":"integer"},"links_intact":{"type":"integer"},"gap_min_m":{"type":["number","null"]}}},"stages":{"type":"object","properties":{"candidate_pairs":{"type":"string"},"contacts":{"type":"string"},"forces":{"type":"string"},"state":{"type":"string"}}},"state_hash":{"type":"string"},"chained_hash":{"type":"string"}}}"#;

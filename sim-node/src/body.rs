@@ -235,6 +235,15 @@ impl Body {
             + 0.5 * self.inertia_axial_kg_m2 * about * about
     }
 
+    /// Nothing moves it any more.
+    pub(crate) fn pin(&mut self) {
+        self.pinned = true;
+        (self.inverse_mass, self.inverse_transverse, self.inverse_axial) = (0.0, 0.0, 0.0);
+        self.inverse_inertia = [0.0; 3];
+        self.mobility = 0.0;
+        self.anywhere = self.anywhere.map(|_| 0.0);
+    }
+
     /// Makes the constants of drag for another time step (s).
     pub(crate) fn take_time_step(&mut self, time_step: f64) {
         let [linear, transverse, axial] =

@@ -18,7 +18,7 @@ use geometry::lanes::{Level, Line, Simd, dispatch};
 use geometry::{Circle, Vec3};
 use rayon::prelude::*;
 use schemas::scene::{ContactLaw, Integrator};
-use schemas::state::ContactState;
+use schemas::{state::ContactState, step::SurfaceSamples};
 
 /// Pairs in a chunk. Part of nothing: any value gives the same bits.
 const CHUNK_PAIRS: usize = 1024;
@@ -107,6 +107,7 @@ impl Chunk {
     fn others<const DAMPED: bool, const FRICTION: bool>(&mut self, scene: &Narrow, pairs: &[(u32, u32)]) {
         self.rings.forces.clear();
         self.forces.clear();
+        self.workspace.counts = SurfaceSamples::default();
         for &(a, b) in pairs {
             if scene.model.near(&scene.moment.circles, a, b) {
                 scene.pair::<DAMPED, FRICTION>(a, b, &mut self.workspace, &mut self.forces);
@@ -178,6 +179,16 @@ impl Evaluation {
         contacts
     }
 
+    /// What the samples of the law `surface-integral` found.
+    pub(crate) fn surface_samples(&self) -> SurfaceSamples {
+        self.chunks[..self.chunk_count].iter().map(|chunk| chunk.workspace.counts).sum()
+    }
+
+    /// Whether anything touches anything.
+    pub(crate) fn touches(&self) -> bool {
+        self.arc_forces().next().is_some() || self.pair_forces().next().is_some()
+    }
+
     /// Energy in all normal springs (J).
     pub(crate) fn elastic_energy(&self) -> f64 {
         let mut energy = 0.0;
@@ -220,9 +231,10 @@ impl Evaluation {
     ) {
         self.neighbours.update(model, &moment.circles);
         self.sort_out(model);
-        if !std::mem::take(&mut self.taken) {
+        if !self.taken {
             self.take(moment, 0..model.body_count());
         }
+        self.taken = false;
         let half_step = match model.integrator() {
             Integrator::Verlet => 0.5 * model.time().time_step_s,
             _ => 0.0,

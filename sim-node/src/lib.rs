@@ -28,6 +28,7 @@ mod record;
 mod refusal;
 mod risk;
 mod scratch;
+mod sleep;
 mod stability;
 mod state;
 mod step;

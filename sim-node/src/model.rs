@@ -4,6 +4,7 @@ use crate::body::Body;
 use crate::broad::{self, Method};
 use crate::contact::material::{NormalLaw, PairMaterial};
 use crate::contact::surface::samples::PURPOSE;
+use crate::momentum::Holders;
 use crate::motion::{Drive, Driven};
 use crate::plan::Features;
 use crate::{motion, overlap, plan, polynomials, stability};
@@ -37,7 +38,7 @@ pub struct Model {
     driven: Vec<Driven>,
     records_reactions: bool,
     linked_pairs: Vec<(u32, u32)>,
-    holders: Vec<u32>,
+    holders: Holders,
     gravity: Vec3,
     time: Time,
     method: scene::Method,
@@ -133,6 +134,14 @@ impl Model {
         model
     }
 
+    /// The same model with some more bodies pinned.
+    pub(crate) fn with_pins(&self, pinned: &[bool]) -> Model {
+        let mut model = self.clone();
+        model.bodies.iter_mut().zip(pinned).filter(|(_, pin)| **pin).for_each(|(body, _)| body.pin());
+        model.holders = Holders::of(&model.bodies);
+        model
+    }
+
     /// Refuses shapes that the contact law has no answer for.
     fn check_law(&self) -> Result<(), ModelError> {
         let law = self.contact_law().name();
@@ -154,9 +163,6 @@ impl Model {
         }
         if self.round_count() < self.body_count() {
             return refused("bodies but rings, spheres and planes");
-        }
-        if self.materials_that_meet().any(|pair| pair.friction_coefficient > 0.0) {
-            return refused("friction");
         }
         Ok(())
     }
@@ -227,7 +233,7 @@ impl Model {
             driven,
             records_reactions: scene.record.reactions,
             linked_pairs: Vec::new(),
-            holders: (0..).zip(&bodies).filter(|(_, body)| body.pinned).map(|(number, _)| number).collect(),
+            holders: Holders::of(&bodies),
             gravity: Vec3::from(gravity_m_per_s2),
             time: scene.time.clone(),
             method: scene.method.clone(),
@@ -304,8 +310,8 @@ impl Model {
         &self.linked_pairs
     }
 
-    /// The bodies that no force moves, pinned or driven, in order.
-    pub(crate) fn holders(&self) -> &[u32] {
+    /// The bodies that no force moves.
+    pub(crate) fn holders(&self) -> &Holders {
         &self.holders
     }
 

@@ -18,7 +18,7 @@
 //! 2e-13 of the momentum in motion for a thousand bodies.
 //!
 //! # Limits
-//! Angular momentum with `verlet` and without drag only: a Runge-Kutta method keeps it to its order, not to rounding.
+//! Linear momentum in each step; angular momentum in the steps that end at a frame time, with `verlet` and without drag only: a Runge-Kutta method keeps it to its order, not to rounding.
 //! Implicit methods keep momentum to their equations' residual and are not audited.
 
 use crate::body::Body;
@@ -32,6 +32,27 @@ use schemas::scene::Integrator;
 
 /// Roundings of one body's momentum in a step: of up to a dozen contacts, the kick and the turn.
 const ROUNDINGS: f64 = 64.0;
+
+/// The bodies that no force moves, pinned or driven, and how heavy all others are.
+#[derive(Clone, Debug)]
+pub(crate) struct Holders {
+    numbers: Vec<u32>,
+    free_mass_kg: f64,
+}
+
+impl Holders {
+    pub(crate) fn of(bodies: &[Body]) -> Holders {
+        let (mut numbers, mut free_mass_kg) = (Vec::new(), 0.0);
+        for (number, body) in (0..).zip(bodies) {
+            if body.pinned {
+                numbers.push(number);
+            } else {
+                free_mass_kg += body.mass_kg;
+            }
+        }
+        Holders { numbers, free_mass_kg }
+    }
+}
 
 /// Momentum of all free bodies.
 #[derive(Clone, Copy, Debug)]
@@ -78,7 +99,7 @@ impl Impulse {
     /// evaluation.
     pub(crate) fn of_holders(model: &Model, moment: &Moment, evaluation: &Evaluation) -> Impulse {
         let mut sum = Impulse::ZERO;
-        for &holder in model.holders() {
+        for &holder in &model.holders().numbers {
             let (wrench, circle) = (&evaluation.wrenches[holder as usize], &moment.circles[holder as usize]);
             sum.push(&circle.centre, -wrench.force, &-wrench.torque);
         }
@@ -91,28 +112,16 @@ impl Impulse {
         sum
     }
 
-    /// What a kick of `verlet` gives the free bodies from outside. `tops` is the mass of the free symmetric tops (kg)
-    /// and its moment about World's origin (kg m).
-    pub(crate) fn of_kick(
-        model: &Model,
-        moment: &Moment,
-        evaluation: &Evaluation,
-        tops: (f64, Vec3),
-    ) -> Impulse {
+    /// What a kick of `verlet` gives the free bodies from outside; weight's torque only if it is asked for.
+    pub(crate) fn of_kick(model: &Model, moment: &Moment, evaluation: &Evaluation, angular: bool) -> Impulse {
         let time_step = model.time().time_step_s;
         let mut sum = Impulse { kicks: 1, ..Impulse::ZERO };
         sum.add(&Impulse::of_holders(model, moment, evaluation), time_step);
-        if !(model.features.gravity || model.features.drag) {
+        if !(angular || model.features.drag) {
+            sum.linear += model.gravity() * (model.holders().free_mass_kg * time_step);
             return sum;
         }
-        // Drag is each body's own; weight alone is that of all.
-        let mut first = 0;
-        if !model.features.drag {
-            sum.linear += model.gravity() * (tops.0 * time_step);
-            sum.angular += tops.1.cross(&(model.gravity() * time_step));
-            first = model.top_count();
-        }
-        let free = model.bodies().iter().enumerate().skip(first).filter(|(_, body)| !body.pinned);
+        let free = model.bodies().iter().enumerate().filter(|(_, body)| !body.pinned);
         for (index, body) in free {
             let weight = model.gravity() * body.mass_kg;
             let mut given = weight * time_step;
@@ -133,15 +142,13 @@ impl Impulse {
     pub(crate) fn of_stage(model: &Model, moment: &Moment, evaluation: &Evaluation) -> Impulse {
         let mut sum = Impulse::of_holders(model, moment, evaluation);
         let dragged = model.features.drag || model.features.quadratic_drag;
-        if model.features.gravity || dragged {
+        sum.linear += model.gravity() * model.holders().free_mass_kg;
+        if dragged {
             let free = model.bodies().iter().zip(&moment.velocities).filter(|(body, _)| !body.pinned);
             for (body, velocity) in free {
                 let v = velocity.linear;
-                sum.linear += model.gravity() * body.mass_kg;
-                if dragged {
-                    let speed = v.norm_squared().sqrt();
-                    sum.linear -= v * (body.linear_drag.drag + body.quadratic_drag * speed);
-                }
+                let speed = v.norm_squared().sqrt();
+                sum.linear -= v * (body.linear_drag.drag + body.quadratic_drag * speed);
             }
         }
         sum
@@ -159,18 +166,28 @@ impl Momentum {
 
     /// Adds a body in motion, with its own axes.
     #[inline]
-    pub(crate) fn add(&mut self, body: &Body, motion: &Motion, (u, w, normal): (&Vec3, &Vec3, &Vec3)) {
+    pub(crate) fn add(
+        &mut self,
+        body: &Body,
+        motion: &Motion,
+        (u, w, normal): (&Vec3, &Vec3, &Vec3),
+        angular: bool,
+    ) {
         if body.pinned {
             return;
         }
         let linear = motion.linear * body.mass_kg;
+        let size = extent(&linear);
+        self.linear += linear;
+        self.linear_size += size;
+        if !angular {
+            return;
+        }
         let [i1, i2, i3] = body.inertia_kg_m2;
         let spin = &motion.angular;
         let own = u * (i1 * spin.dot(u)) + w * (i2 * spin.dot(w)) + normal * (i3 * spin.dot(normal));
-        self.linear += linear;
         self.angular += motion.position.cross(&linear) + own;
-        let (size, distance) = (extent(&linear), extent(&motion.position));
-        self.linear_size += size;
+        let distance = extent(&motion.position);
         self.angular_size += distance * size + extent(&own);
         let lever = distance + body.bounding_radius;
         if lever > self.lever {
@@ -199,9 +216,11 @@ pub(crate) fn left_out(model: &Model) -> Option<&'static str> {
     model.integrator().is_implicit().then_some("an implicit method keeps momentum to its residual only")
 }
 
-/// Whether angular momentum is audited, too.
-pub(crate) fn is_angular(model: &Model) -> bool {
-    model.integrator() == Integrator::Verlet && !(model.features.drag || model.features.quadratic_drag)
+/// Whether the angular momentum is audited that a step ends with.
+pub(crate) fn is_angular(model: &Model, step: u64) -> bool {
+    model.time().is_audited(step)
+        && model.integrator() == Integrator::Verlet
+        && !(model.features.drag || model.features.quadratic_drag)
 }
 
 /// A change of momentum in a step that no force explains, and what rounding may do.
@@ -240,7 +259,7 @@ impl Unexplained {
         let (linear, angular) = (extent(&given.linear), extent(&given.angular));
         let size = before.linear_size + after.linear_size + impulse + linear;
         let angular_size = before.angular_size + after.angular_size + lever * impulse + angular;
-        let is_angular = is_angular(model);
+        let is_angular = is_angular(model, step);
         let lack = |change: Vec3, given: &Vec3| extent(&(change - given));
         Unexplained {
             step,

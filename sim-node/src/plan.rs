@@ -112,6 +112,14 @@ pub(crate) fn make(scene: &Scene, model: &Model, everything: bool) -> (Features,
     let driven = model.driven().len();
     choose("motion/prescribed", driven > 0, format!("{driven} bodies in {} motions", model.drives().len()));
 
+    let reason = match &scene.method.sleep {
+        Some(limits) => {
+            format!("slower than {} m/s and {} m/s^2", limits.speed_m_per_s, limits.acceleration_m_per_s2)
+        }
+        None => "no method.sleep".to_owned(),
+    };
+    plan.push("motion/sleep", scene.method.sleep.is_some(), reason);
+
     // All but one are always left out: they are different answers, not parts of one.
     for integrator in Integrator::ALL {
         let reason = format!("method.integrator is {}", model.integrator().name());

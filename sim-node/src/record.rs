@@ -5,7 +5,7 @@ use crate::momentum::{self, Momentum, Unexplained};
 use crate::overlap::gap;
 use crate::reaction::reactions;
 use crate::state::Motion;
-use crate::{Model, Scratch, State, Stop, estimate};
+use crate::{BodyName, Model, Scratch, State, Stop, estimate};
 use geometry::circle::linked;
 use geometry::rotation;
 use schemas::step::{Audit, StageHashes, StepRecord};
@@ -35,6 +35,8 @@ pub struct Records {
     /// Momentum at the last record, and its step.
     momentum: Option<(u64, Momentum)>,
     unexplained: Option<Unexplained>,
+    /// The pair of the deepest contact in the last record, and its depth (m).
+    deepest: Option<(BodyName, BodyName, f64)>,
     /// Work of prescribed motions since the first record (J).
     drive_work: f64,
     /// The message of the last recorded state.
@@ -51,6 +53,7 @@ impl Records {
             energy: None,
             momentum: None,
             unexplained: None,
+            deepest: None,
             drive_work: 0.0,
             message: Vec::new(),
             stage: Vec::new(),
@@ -79,12 +82,24 @@ impl Records {
         self.chained_hash = chain(&self.chained_hash, &state_hash);
         let time = model.time();
         let audited = time.is_audited(state.step);
-        let Sums { kinetic: kinetic_energy_j, gravity: gravity_energy_j, momentum } = sums(model, state);
+        // A balance takes the sums of two steps, the last of them at a frame.
+        let angular = momentum::is_angular(model, state.step) || momentum::is_angular(model, state.step + 1);
+        let Sums { kinetic: kinetic_energy_j, gravity: gravity_energy_j, momentum } =
+            sums(model, state, angular);
         if self.energy.is_some() {
             self.drive_work += scratch.drive_work_j;
         }
-        let contacts = scratch.evaluation.contacts(&scratch.moment);
+        let mut contacts = scratch.evaluation.contacts(&scratch.moment);
+        // Contacts at rest are in no evaluation.
+        let (mut resting_pairs, mut resting_energy) = (0, 0.0);
+        if let Some(asleep) = scratch.asleep.as_ref().filter(|asleep| !asleep.contacts.is_empty()) {
+            (resting_pairs, resting_energy) = (asleep.candidate_pairs, asleep.energy);
+            contacts.extend_from_slice(&asleep.contacts);
+            contacts.sort_by_key(|&(a, b, contact)| (a, b, contact.arc));
+        }
         let (penetration_m, penetration_beyond_bound) = penetration(model, &contacts);
+        let deepest = contacts.iter().find(|contact| contact.2.penetration == penetration_m);
+        self.deepest = deepest.map(|&(a, b, _)| (model.body_name(a), model.body_name(b), penetration_m));
         let before = self.momentum.replace((state.step, momentum));
         self.unexplained = match &before {
             Some((step, before)) if step + 1 == state.step && momentum::left_out(model).is_none() => {
@@ -96,14 +111,16 @@ impl Records {
         StepRecord {
             step: state.step,
             sim_time_s: state.sim_time_s,
-            candidate_pairs: scratch.evaluation.candidates(model, &scratch.moment).count() as u64,
+            candidate_pairs: scratch.evaluation.candidates(model, &scratch.moment).count() as u64
+                + resting_pairs,
             contacts: contacts.len() as u64,
             kinetic_energy_j,
             gravity_energy_j,
-            contact_energy_j: contact_energy(model, state, scratch),
+            contact_energy_j: contact_energy(model, state, scratch) + resting_energy,
             dissipated_energy_j: state.dissipated_energy_j,
             penetration_m,
             penetration_beyond_bound,
+            surface_samples: scratch.moment.random.as_ref().map(|_| scratch.evaluation.surface_samples()),
             error_estimate_m: (audited && model.estimates_error())
                 .then(|| estimate::step_error(model, state)),
             drive_work_j: (!model.driven().is_empty()).then_some(scratch.drive_work_j + 0.0),
@@ -140,7 +157,10 @@ impl Records {
         let rounding = 1e-9 * (audit.start.abs() + record.gravity_energy_j.abs());
         let (share, scale_j) = (ENERGY_GAIN_SHARE, audit.scale);
         if gained_j > share * scale_j + rounding {
-            return Err(Stop::EnergyGained { step: record.step, gained_j, share, scale_j });
+            let deepest = self.deepest.map_or(String::new(), |(a, b, depth)| {
+                format!("; the deepest contact is that of {a} and {b}, {depth:.3e} m")
+            });
+            return Err(Stop::EnergyGained { step: record.step, gained_j, share, scale_j, deepest });
         }
         Ok(())
     }
@@ -225,7 +245,7 @@ fn put(bytes: &mut Vec<u8>, values: &[f64]) {
 /// Kinetic energy, and potential energy in the field of gravity (zero at World's origin), in joules, of all
 /// bodies but those on prescribed motions: theirs is the drive's.
 pub fn mechanical_energy(model: &Model, state: &State) -> (f64, f64) {
-    let sums = sums(model, state);
+    let sums = sums(model, state, false);
     (sums.kinetic, sums.gravity)
 }
 
@@ -236,7 +256,7 @@ struct Sums {
     momentum: Momentum,
 }
 
-fn sums(model: &Model, state: &State) -> Sums {
+fn sums(model: &Model, state: &State, angular: bool) -> Sums {
     let mut sums = Sums { kinetic: 0.0, gravity: 0.0, momentum: Momentum::ZERO };
     for (body, pose) in model.bodies().iter().zip(&state.bodies) {
         if body.driven {
@@ -244,7 +264,7 @@ fn sums(model: &Model, state: &State) -> Sums {
         }
         let motion = Motion::of(pose);
         let (u, w, normal) = rotation::axes(&motion.orientation);
-        sums.momentum.add(body, &motion, (&u, &w, &normal));
+        sums.momentum.add(body, &motion, (&u, &w, &normal), angular);
         sums.kinetic += 0.5 * body.mass_kg * motion.linear.norm_squared()
             + body.rotational_energy((&u, &w, &normal), &motion.angular);
         sums.gravity -= body.mass_kg * model.gravity().dot(&motion.position);

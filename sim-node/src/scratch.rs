@@ -5,6 +5,7 @@ use crate::integrator::explicit::Stages;
 use crate::integrator::verlet::VerletScratch;
 use crate::integrator::{dopri5, rk4};
 use crate::momentum::Impulse;
+use crate::sleep::Asleep;
 use crate::wrench::Velocity;
 use crate::{Model, risk};
 use geometry::lanes::Level;
@@ -26,6 +27,8 @@ pub struct Scratch {
     pub(crate) drive_work_j: f64,
     /// What free bodies got from outside in the last step.
     pub(crate) impulse: Impulse,
+    /// Whether the torque of weight is among it: asked for where the step's angular momentum is audited.
+    pub(crate) with_torque: bool,
     /// Time from the last force evaluation to the state (s).
     pub(crate) evaluation_age_s: f64,
     pub(crate) verlet: VerletScratch,
@@ -38,6 +41,8 @@ pub struct Scratch {
     pub(crate) parts: BTreeMap<usize, (Model, VerletScratch)>,
     pub(crate) risk: risk::Workspace,
     pub(crate) pool: Option<Arc<rayon::ThreadPool>>,
+    /// Who sleeps, where the scene lets islands sleep; the evaluation is that of the others then.
+    pub(crate) asleep: Option<Box<Asleep>>,
 }
 
 impl Scratch {
@@ -64,6 +69,7 @@ impl Scratch {
             },
             drive_work_j: 0.0,
             impulse: Impulse::ZERO,
+            with_torque: false,
             evaluation_age_s: 0.0,
             verlet: VerletScratch::of(model),
             level: Level::new(),
@@ -71,6 +77,7 @@ impl Scratch {
             parts: BTreeMap::new(),
             risk: risk::Workspace::default(),
             pool: pool.flatten().map(Arc::new),
+            asleep: None,
         }
     }
 
@@ -78,6 +85,17 @@ impl Scratch {
     /// counted in.
     pub fn force_evaluations(&self) -> u64 {
         self.evaluation.count
+    }
+
+    /// Forgets who sleeps.
+    pub(crate) fn wake(&mut self, model: &Model) {
+        if self.asleep.take().is_some() {
+            let count = self.evaluation.count;
+            self.evaluation = Evaluation::new(model);
+            self.evaluation.count = count;
+            self.verlet = VerletScratch::of(model);
+            self.parts.clear();
+        }
     }
 
     /// Takes friction's springs over into the state, in pair order.

@@ -19,8 +19,8 @@
 //! A contact acts on body `i` through its centre and a lever of at most `R`, so it moves it by at most
 //! `w_i = 1/m + R^2/I1` per unit of impulse. For all contacts together, by Cauchy's inequality for each
 //! contact and Gershgorin's for the sum, no mode is faster than `omega^2 = max over i of sum K (w_i + w_j)`
-//! over the contacts of `i`. The contacts counted are the links at the start, and one with each sphere and plane
-//! that a body could meet. A ring without links may come to lie on others like itself: one all round, or
+//! over the contacts of `i`. The contacts counted are the links at the start, and one with each plane, sphere and
+//! other solid that a body could meet, the [`NEIGHBOURS`] stiffest of them. A ring without links may come to lie on others like itself: one all round, or
 //! one above and one below.
 //!
 //! # Impacts
@@ -54,6 +54,8 @@ use schemas::scene::{ContactLaw, Integrator, OnRisk, Scene, Time};
 
 /// By how much the stiffest linear contact counts, so that no impact gains speed: `(omega h)^2 <= 4 / IMPACT`.
 const IMPACT: f64 = 2.0;
+/// Bodies that one can touch at once: so many spheres of one size fit around another. More make no step shorter.
+const NEIGHBOURS: usize = 12;
 /// Radius of the half disc that lies in the stability region of the classical Runge-Kutta method.
 const RK4_RADIUS: f64 = 2.6;
 const PI: f64 = core::f64::consts::PI;
@@ -250,7 +252,9 @@ fn contacts(model: &Model) -> Vec<Stiffness> {
     let obstacles = rings..model.body_count() + model.planes().len();
     // Of the rings that a sphere may meet, the stiffest counts: it may sit in one.
     let mut in_ring = vec![Stiffness::default(); model.body_count()];
+    let mut met = Vec::new();
     for (index, sum) in sums.iter_mut().enumerate() {
+        met.clear();
         for other in obstacles.clone().filter(|&other| other != index) {
             let solids = model.round_count()..model.body_count();
             let stiffness = if solids.contains(&index) || solids.contains(&other) {
@@ -258,11 +262,16 @@ fn contacts(model: &Model) -> Vec<Stiffness> {
             } else {
                 obstacle(model, index, other).stiffness()
             };
-            sum.add(&stiffness);
+            met.push(stiffness);
             if index < rings && other < model.body_count() && stiffness.spring > in_ring[other].spring {
                 in_ring[other] = stiffness;
             }
         }
+        if met.len() > NEIGHBOURS {
+            met.sort_by(|a, b| b.spring.total_cmp(&a.spring));
+            met.truncate(NEIGHBOURS);
+        }
+        met.iter().for_each(|stiffness| sum.add(stiffness));
     }
     sums.iter_mut().zip(&in_ring).for_each(|(sum, ring)| sum.add(ring));
     sums

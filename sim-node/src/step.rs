@@ -6,7 +6,7 @@ use crate::model::BodyName;
 use crate::momentum::{self, Impulse};
 use crate::state::Motion;
 use crate::subdivide::advance_in_parts;
-use crate::{Model, Scratch, State, drag, motion, wrench::Velocity};
+use crate::{Model, Scratch, State, drag, motion, sleep, wrench::Velocity};
 use geometry::Circle;
 use schemas::scene::{Integrator, OnRisk};
 use schemas::state::BodyState;
@@ -86,7 +86,7 @@ pub enum Stop {
     /// More energy is there than can be: the time step is too long for what happens.
     #[error(
         "step {step}: {gained_j:.3e} J of energy came from nowhere, more than {share} of all that the motion \
-         had ({scale_j:.3e} J); take a smaller time.time_step_s or a softer material"
+         had ({scale_j:.3e} J){deepest}; take a smaller time.time_step_s or a softer material"
     )]
     EnergyGained {
         /// The step.
@@ -97,6 +97,8 @@ pub enum Stop {
         share: f64,
         /// The largest sum so far of kinetic energy, contact energy and change of gravity's (J).
         scale_j: f64,
+        /// Where it may come from: the deepest contact of the step, in words; empty without one.
+        deepest: String,
     },
 }
 
@@ -115,14 +117,23 @@ pub fn step(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<(
     scratch.moment.random = model.random_of_step(state.step);
     scratch.drive_work_j = 0.0;
     scratch.impulse = Impulse::ZERO;
-    let in_parts = model.method().on_risk == OnRisk::Subdivide && model.integrator() != Integrator::Dopri5;
-    let finite =
-        if in_parts { advance_in_parts(model, state, scratch)? } else { advance(model, state, scratch)? };
+    scratch.with_torque = momentum::is_angular(model, state.step + 1);
+    let finite = match &model.method().sleep {
+        None => advance_whole(model, state, scratch)?,
+        Some(limits) => sleep::advance(model, limits, state, scratch)?,
+    };
     state.step += 1;
     state.sim_time_s = state.step as f64 * model.time().time_step_s;
     state.dissipated_energy_j += 0.0;
     motion::store(model, state.sim_time_s, &mut state.bodies);
     if finite { Ok(()) } else { check_finite(model, state) }
+}
+
+/// One step, in parts where the scene asks for it; step number and time are the caller's. Returns whether all numbers
+/// were seen to be finite already.
+pub(crate) fn advance_whole(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<bool, Stop> {
+    let in_parts = model.method().on_risk == OnRisk::Subdivide && model.integrator() != Integrator::Dopri5;
+    if in_parts { advance_in_parts(model, state, scratch) } else { advance(model, state, scratch) }
 }
 
 /// One step of the model's length; step number and time are the caller's. Returns whether all numbers were seen
@@ -148,8 +159,8 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -
 fn advance_verlet(model: &Model, state: &mut State, scratch: &mut Scratch) -> bool {
     slow(model, state, scratch);
     let finite = verlet::advance(model, state, scratch);
-    let tops = scratch.verlet.free_mass();
-    scratch.impulse.add(&Impulse::of_kick(model, &scratch.moment, &scratch.evaluation, tops), 1.0);
+    let given = Impulse::of_kick(model, &scratch.moment, &scratch.evaluation, scratch.with_torque);
+    scratch.impulse.add(&given, 1.0);
     slow(model, state, scratch);
     finite
 }
@@ -166,6 +177,7 @@ fn slow(model: &Model, state: &mut State, scratch: &mut Scratch) {
 /// Evaluates the contact forces at a state without moving it, so that the state can be recorded: needed for
 /// the first state of a run, for which no step has made them.
 pub fn evaluate(model: &Model, state: &State, scratch: &mut Scratch) {
+    scratch.wake(model);
     for (index, (body, pose)) in model.bodies().iter().zip(&state.bodies).enumerate() {
         let motion = Motion::of(pose);
         scratch.moment.circles[index] =

@@ -81,6 +81,12 @@ impl Nodes {
         &self.blocks
     }
 
+    /// How many points there are.
+    pub fn count(&self) -> u64 {
+        let whole = self.blocks.len() as u64 * WIDTH as u64;
+        whole - if self.blocks.is_empty() { 0 } else { (WIDTH - self.taken) as u64 }
+    }
+
     /// The largest depth that was noted (m); 0 if none was.
     pub fn deepest(&self) -> f64 {
         self.deepest

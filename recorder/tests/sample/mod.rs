@@ -155,6 +155,7 @@ fn step_record(scene: &Scene, step: u64, state_hash: Hash, chained_hash: Hash) -
         dissipated_energy_j: 0.0,
         penetration_m: 1e-4 * step as f64,
         penetration_beyond_bound: None,
+        surface_samples: None,
         error_estimate_m: None,
         drive_work_j: None,
         reactions: None,

@@ -45,6 +45,14 @@ impl ComplexIndex {
     pub fn reflectance(&self, cosine: f64) -> Vec3 {
         self.eta.zip_map(&self.k, |eta, k| conductor_reflectance(cosine, eta, k))
     }
+
+    /// The same for light from all sides alike, by the midpoint rule.
+    pub(super) fn diffuse_reflectance(&self) -> Vec3 {
+        const PARTS: u32 = 64;
+        // Parts of equal share of the density `2 cosine`.
+        let term = |part: u32| self.reflectance(((f64::from(part) + 0.5) / f64::from(PARTS)).sqrt());
+        (0..PARTS).map(term).sum::<Vec3>() / f64::from(PARTS)
+    }
 }
 
 /// Share of unpolarised light that a metal of the refractive index `eta + i k` reflects.

@@ -10,7 +10,7 @@ use geometry::Vec3;
 /// Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007, eq. 33 (distribution); Heitz,
 /// "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs", JCGT 3(2), 2014, eq. 72 and 99 (masking and
 /// shadowing by Smith, correlated in height); Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", CGF
-/// 42(8), 2023 (sampling). Light that would leave after a second reflection is lost, as everywhere in this model.
+/// 42(8), 2023 (sampling). Of one reflection alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ggx {
     /// Width of the distribution: the tangent of the angle below which half of the facets' projected area lies.

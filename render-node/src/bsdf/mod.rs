@@ -7,12 +7,14 @@
 
 mod fresnel;
 mod ggx;
+mod metal;
 
 use crate::warp;
 use core::f64::consts::FRAC_1_PI;
 pub use fresnel::{ComplexIndex, dielectric_reflectance};
 use geometry::Vec3;
 pub use ggx::Ggx;
+pub use metal::RoughConductor;
 use schemas::scene::render::{self, Look};
 
 /// A rough surface whose alpha is below this is taken for polished: its highlights would be narrower than 0.06 degrees.
@@ -33,13 +35,8 @@ pub enum Bsdf {
     },
     /// A polished metal.
     PolishedConductor(ComplexIndex),
-    /// A rough metal: single reflections at a GGX distribution of facets.
-    RoughConductor {
-        /// Refractive index of the metal.
-        index: ComplexIndex,
-        /// Distribution of the facets' normals.
-        facets: Ggx,
-    },
+    /// A rough metal. In a box: its table would make all others large.
+    RoughConductor(Box<RoughConductor>),
     /// A Lambertian body under a clear coating.
     Plastic(Plastic),
 }
@@ -92,7 +89,7 @@ impl Bsdf {
                 let index = ComplexIndex::of(look);
                 match facets(alpha(0.3)) {
                     None => Bsdf::PolishedConductor(index),
-                    Some(facets) => Bsdf::RoughConductor { index, facets },
+                    Some(facets) => Bsdf::RoughConductor(Box::new(RoughConductor::new(index, facets))),
                 }
             }
             render::Bsdf::Plastic => {
@@ -116,10 +113,7 @@ impl Bsdf {
         match self {
             Bsdf::Lambertian { albedo } => albedo * (FRAC_1_PI * wi.z),
             Bsdf::Mirror { .. } | Bsdf::PolishedConductor(_) => Vec3::zeros(),
-            Bsdf::RoughConductor { index, facets } => {
-                let (value, cosine) = facets.eval(wo, wi);
-                index.reflectance(cosine) * value
-            }
+            Bsdf::RoughConductor(metal) => metal.eval(wo, wi),
             Bsdf::Plastic(plastic) => plastic.eval(wo, wi),
         }
     }
@@ -133,7 +127,7 @@ impl Bsdf {
         match self {
             Bsdf::Lambertian { .. } => FRAC_1_PI * wi.z,
             Bsdf::Mirror { .. } | Bsdf::PolishedConductor(_) => 0.0,
-            Bsdf::RoughConductor { facets, .. } => facets.pdf(wo, wi),
+            Bsdf::RoughConductor(metal) => metal.pdf(wo, wi),
             Bsdf::Plastic(plastic) => plastic.pdf(wo, wi),
         }
     }
@@ -148,11 +142,7 @@ impl Bsdf {
             }
             Bsdf::Mirror { reflectance } => Some(mirrored(wo, *reflectance)),
             Bsdf::PolishedConductor(index) => Some(mirrored(wo, index.reflectance(wo.z))),
-            Bsdf::RoughConductor { index, facets } => {
-                let (wi, weight, cosine) = facets.sample(wo, square)?;
-                let weight = index.reflectance(cosine) * weight;
-                Some(BsdfSample { wi, weight, pdf: Some(facets.pdf(wo, &wi)) })
-            }
+            Bsdf::RoughConductor(metal) => metal.sample(wo, square),
             Bsdf::Plastic(plastic) => plastic.sample(wo, square),
         }
     }
@@ -161,7 +151,8 @@ impl Bsdf {
     pub fn albedo(&self) -> Vec3 {
         match self {
             Bsdf::Lambertian { albedo } | Bsdf::Mirror { reflectance: albedo } => *albedo,
-            Bsdf::PolishedConductor(index) | Bsdf::RoughConductor { index, .. } => index.reflectance(1.0),
+            Bsdf::PolishedConductor(index) => index.reflectance(1.0),
+            Bsdf::RoughConductor(metal) => metal.index().reflectance(1.0),
             Bsdf::Plastic(plastic) => {
                 let coating = dielectric_reflectance(1.0, plastic.index);
                 let through = 1.0 - coating;

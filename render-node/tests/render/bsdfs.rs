@@ -3,7 +3,7 @@
 use crate::staging::Dice;
 use core::f64::consts::TAU;
 use geometry::Vec3;
-use render_node::bsdf::{Bsdf, ComplexIndex, Ggx, Plastic};
+use render_node::bsdf::{Bsdf, ComplexIndex, Ggx, Plastic, RoughConductor};
 use schemas::scene::render::{Look, Metal};
 
 const POLAR: usize = 10;
@@ -160,8 +160,6 @@ fn no_surface_makes_light() {
     let white = |facets| Bsdf::Plastic(Plastic::new(Vec3::repeat(1.0), 1.5, facets));
     let mut all = kinds();
     all.push(("white plastic, rough".to_owned(), white(Some(Ggx { alpha: 0.1 }))));
-    let metal = ComplexIndex { eta: Vec3::repeat(1e-9), k: Vec3::repeat(10.0) };
-    all.push(("white metal".to_owned(), Bsdf::RoughConductor { index: metal, facets: Ggx { alpha: 0.5 } }));
     for (name, bsdf) in all {
         for wo in views() {
             let mut dice = Dice::new(5);
@@ -203,6 +201,36 @@ fn polished_share(bsdf: &Bsdf, wo: &Vec3) -> f64 {
         (low, high) = if coating { (middle, high) } else { (low, middle) };
     }
     0.5 * (low + high)
+}
+
+/// A metal without loss sends all light back, however rough: integrated over all directions.
+#[test]
+fn white_metal_is_white_at_any_roughness() {
+    let white = ComplexIndex { eta: Vec3::repeat(1e-9), k: Vec3::repeat(10.0) };
+    assert!((white.reflectance(0.3) - Vec3::repeat(1.0)).norm() < 1e-9);
+    for alpha in [1e-3, 0.09, 0.25, 0.5, 1.0] {
+        let metal = Bsdf::RoughConductor(Box::new(RoughConductor::new(white, Ggx { alpha })));
+        for wo in views() {
+            let mut dice = Dice::new(9);
+            let (mut sum, mut squares) = (0.0, 0.0);
+            const COUNT: u32 = 100_000;
+            for _ in 0..COUNT {
+                let weight =
+                    metal.sample(&wo, (dice.unit(), dice.unit())).map_or(0.0, |sample| sample.weight.x);
+                sum += weight;
+                squares += weight * weight;
+            }
+            let mean = sum / f64::from(COUNT);
+            let variance = squares / f64::from(COUNT) - mean * mean;
+            let error = if variance > 0.0 { (variance / f64::from(COUNT)).sqrt() } else { 0.0 };
+            // The table's: midpoints of 1152 strata and straight lines between 33 heights.
+            println!(
+                "alpha {alpha} from height {:.2}: {mean:.4} +- {error:.4}, expected 1, tolerance 0.005",
+                wo.z
+            );
+            assert!((mean - 1.0).abs() < 4.5 * error + 0.005);
+        }
+    }
 }
 
 #[test]

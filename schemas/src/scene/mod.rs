@@ -146,6 +146,20 @@ pub struct Method {
     /// How pairs of bodies that are near each other are found. No bit of a state depends on it.
     #[serde(skip_serializing_if = "BroadPhase::is_auto")]
     pub broad_phase: BroadPhase,
+    /// Lets islands of bodies at rest sleep; without it none does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sleep: Option<Sleep>,
+}
+
+/// When an island of bodies that are near each other sleeps: none of them moves any more, and none costs
+/// anything, until something moves near it or the forces on a body change.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sleep {
+    /// Speed of a surface below which a body may go to rest (m/s).
+    pub speed_m_per_s: f64,
+    /// Acceleration of a surface below which it may, and up to which the forces on it let it sleep (m/s^2).
+    pub acceleration_m_per_s2: f64,
 }
 
 impl Default for Method {
@@ -159,6 +173,7 @@ impl Default for Method {
             contact_law: ContactLaw::default(),
             surface: SurfaceIntegral::default(),
             broad_phase: BroadPhase::default(),
+            sleep: None,
         }
     }
 }
@@ -211,11 +226,11 @@ pub enum Integrator {
     /// target accuracy. `time.time_step_s` is then only how far apart states are.
     Dopri5,
     /// Backward Euler: first order, stable with any step and stiffness, takes energy from every motion. For
-    /// stiffness of 1e8 and beyond, what comes to rest, and previews. Without friction.
+    /// stiffness of 1e8 and beyond, what comes to rest, and previews.
     BackwardEuler,
     /// Mean forces between the trapezoidal rule's and the end's, for each contact so that none adds energy: second
     /// order, stable with any step and stiffness, takes the energy of vibrations that the step does not resolve.
-    /// For stiffness of 1e8 and beyond. Without friction.
+    /// For stiffness of 1e8 and beyond. Friction is of first order.
     EnergyDecaying,
 }
 

@@ -132,6 +132,14 @@ impl Scene {
             let expected = "a share of the wires from 1e-6 to 1 (0.05 unless said otherwise)";
             return Err(refuse_number("method.stability_penetration", penetration, expected));
         }
+        if let Some(sleep) = &self.method.sleep {
+            positive("method.sleep.speed_m_per_s", sleep.speed_m_per_s)?;
+            positive("method.sleep.acceleration_m_per_s2", sleep.acceleration_m_per_s2)?;
+            if self.record.reactions {
+                let expected = "false with method.sleep: what sleeping bodies bear is not computed";
+                return Err(refuse("record.reactions", true, expected));
+            }
+        }
         positive("method.absolute_tolerance", self.method.absolute_tolerance)
     }
 

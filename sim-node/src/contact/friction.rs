@@ -31,6 +31,32 @@ pub(crate) struct Grip {
     pub damping_time: f64,
 }
 
+/// What friction does at one contact.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rub {
+    /// Where it acts: the contact's force centre, from A's centre.
+    pub lever: Vec3,
+    /// Direction of the normal force, of unit length.
+    pub normal: Vec3,
+    /// Force on A (N).
+    pub force: Vec3,
+    /// What Coulomb's limit leaves of the force that spring and damper ask for: 1 where the contact sticks.
+    pub share: f64,
+    /// Of the tangential damper (N s/m).
+    pub damper: f64,
+}
+
+impl Rub {
+    /// A contact without friction.
+    pub(crate) const NONE: Rub = Rub {
+        lever: Vec3::new(0.0, 0.0, 0.0),
+        normal: Vec3::new(0.0, 0.0, 0.0),
+        force: Vec3::new(0.0, 0.0, 0.0),
+        share: 0.0,
+        damper: 0.0,
+    };
+}
+
 /// How friction's springs of one pair stretch in this evaluation.
 pub(crate) struct Slip<'a> {
     /// The pair's springs as the last step left them.
@@ -78,8 +104,8 @@ impl Slip<'_> {
         }
     }
 
-    /// The friction force on A, and the spring to keep for the next step.
-    pub(crate) fn friction(&self, pair: &Pair, grip: &Grip, old: Vec3) -> (Vec3, Vec3) {
+    /// The friction on A, and the spring to keep for the next step.
+    pub(crate) fn friction(&self, pair: &Pair, grip: &Grip, old: Vec3) -> (Rub, Vec3) {
         let length = grip.normal.norm_squared().sqrt();
         let normal = if length > 0.0 { grip.normal * (1.0 / length) } else { Vec3::zeros() };
         let tangent = |vector: Vec3| vector - normal * normal.dot(&vector);
@@ -95,11 +121,12 @@ impl Slip<'_> {
             let size = force.norm_squared().sqrt();
             if size > limit {
                 let force = force * (limit / size);
-                (force, (force - damping) * (1.0 / self.stiffness))
+                (force, limit / size, (force - damping) * (1.0 / self.stiffness))
             } else {
-                (force, spring)
+                (force, 1.0, spring)
             }
         };
-        (limited(&self.since).0, limited(&self.kept).1)
+        let (force, share, _) = limited(&self.since);
+        (Rub { lever: grip.lever, normal, force, share, damper }, limited(&self.kept).2)
     }
 }

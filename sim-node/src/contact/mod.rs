@@ -24,8 +24,8 @@
 //!
 //! # Degenerate points
 //! On B's axis every point of B's centreline is equally close: the one on B's own x axis is taken. Where
-//! both centrelines cross (D = 0) the normal is B's axis: a fixed choice for a case that only occurs when
-//! one ring has passed through another.
+//! both centrelines cross (D below [`CROSSING`] of B's radius) there is no normal, and that point pushes nowhere: two rings in
+//! the same place have energy and no force. It only occurs when one ring has passed through another.
 
 pub(crate) mod friction;
 pub(crate) mod kernel;
@@ -36,11 +36,14 @@ pub(crate) mod surface;
 
 use crate::model::HalfSpace;
 use crate::wrench::{Velocity, Wrench};
-use friction::{Grip, Slip};
+use friction::{Grip, Rub, Slip};
 
 use geometry::arc::{circle_circle_arcs, circle_plane_arcs, circle_point_arcs, rule_for};
 use geometry::{Arcs, Circle, Vec3};
 use material::NormalLaw;
+
+/// Distance of two centrelines, as a share of B's radius, below which it has no direction.
+const CROSSING: f64 = 1e-13;
 
 /// One contact: a connected contact arc, or a contact point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,6 +76,8 @@ pub(crate) struct PairForce {
     pub energy: f64,
     pub contacts: [Contact; 2],
     pub contact_count: usize,
+    /// Friction at the contacts.
+    pub rubs: [Rub; 2],
 }
 
 impl PairForce {
@@ -94,6 +99,7 @@ impl PairForce {
             energy: 0.0,
             contacts: [NONE; 2],
             contact_count: 0,
+            rubs: [Rub::NONE; 2],
         }
     }
 }
@@ -246,10 +252,11 @@ fn close<const DAMPED: bool, const FRICTION: bool>(
         let mut spring = None;
         if rubs {
             let grip = patch.grip(pair);
-            let (force, kept) = slip.friction(pair, &grip, old[arc]);
+            let (rub, kept) = slip.friction(pair, &grip, old[arc]);
             spring = Some(kept);
-            patch.wrench.push(&grip.lever, force);
-            patch.lost.push(&grip.lever, force);
+            patch.wrench.push(&rub.lever, rub.force);
+            patch.lost.push(&rub.lever, rub.force);
+            total.rubs[arc] = rub;
         }
         total.on_a.add(&patch.wrench);
         total.lost_on_a.add(&patch.lost);
@@ -336,10 +343,14 @@ fn from_circle(pair: &Pair, b: &Circle, lever: &Vec3) -> (Vec3, f64) {
     let height = d.dot(&b.normal);
     let across = d - b.normal * height;
     let rho = across.norm_squared().sqrt();
-    if !(rho > 0.0) {
-        return unit_or(b.normal * height - b.u * b.radius, &b.normal);
+    let apart = if rho > 0.0 { d - across * (b.radius / rho) } else { b.normal * height - b.u * b.radius };
+    let distance = apart.norm_squared().sqrt();
+    // Rounding of the places, which are of the size of the radius, is no direction.
+    if distance > CROSSING * b.radius {
+        (apart * (1.0 / distance), distance)
+    } else {
+        (Vec3::zeros(), distance)
     }
-    unit_or(d - across * (b.radius / rho), &b.normal)
 }
 
 /// Ring against sphere: the arc of the ring's centreline that is near the sphere.

@@ -19,9 +19,6 @@ use schemas::state::BodyState;
 pub(super) struct Sums {
     /// Energy lost (J).
     pub lost: f64,
-    /// Mass of the free bodies (kg), and its moment about World's origin in the middle of the step (kg m).
-    pub mass: f64,
-    pub mass_moment: Vec3,
     /// Some number of a body is not finite.
     pub broken: bool,
 }
@@ -60,7 +57,6 @@ impl Kicks<'_> {
         let gravity = self.model.gravity();
         let mut sums = Sums::default();
         let (mut middle, mut after) = (Middle::ZERO, After::ZERO);
-        let (mut mass, mut moment) = (ZERO, [ZERO; 3]);
         for (index, bodies) in self.bodies.chunks_mut(LANES).enumerate() {
             let own = index * LANES..index * LANES + bodies.len();
             middle.load(
@@ -72,12 +68,6 @@ impl Kicks<'_> {
                 middle.load_lost(&lost[own.clone()]);
             }
             let constants = self.classes.of(self.first_block + index);
-            for lane in 0..LANES {
-                mass[lane] += constants.free_mass[lane];
-                let own = get(&middle.centre, lane) * constants.free_mass[lane];
-                let sum = get(&moment, lane) + own;
-                set(&mut moment, lane, sum);
-            }
             let kick = |lane| middle.kick::<GRAVITY, DRAG>(constants, &without_drag, gravity, lane);
             let mut lost = ZERO;
             for lane in 0..LANES {
@@ -107,9 +97,6 @@ impl Kicks<'_> {
                 }
             }
         }
-        let sum = |lanes: &Lane| lanes.iter().sum::<f64>();
-        sums.mass = sum(&mass);
-        sums.mass_moment = Vec3::new(sum(&moment[0]), sum(&moment[1]), sum(&moment[2]));
         *self.sums = sums;
     }
 }

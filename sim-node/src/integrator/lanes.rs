@@ -79,8 +79,6 @@ pub(crate) struct Constants {
     pub half_time: Lane,
     pub major_radius: Lane,
     pub spin_share: Lane,
-    /// Mass (kg); 0 for a pinned body.
-    pub free_mass: Lane,
     pub inverse_mass: Lane,
     pub inverse_axial: Lane,
     pub inverse_transverse: Lane,
@@ -122,7 +120,6 @@ impl Constants {
             half_time: ZERO,
             major_radius: ZERO,
             spin_share: ZERO,
-            free_mass: ZERO,
             inverse_mass: ZERO,
             inverse_axial: ZERO,
             inverse_transverse: ZERO,
@@ -134,7 +131,6 @@ impl Constants {
             constants.half_time[lane] = if body.pinned { 0.0 } else { half_time };
             constants.major_radius[lane] = body.major_radius;
             constants.spin_share[lane] = body.spin_share;
-            constants.free_mass[lane] = if body.pinned { 0.0 } else { body.mass_kg };
             constants.inverse_mass[lane] = body.inverse_mass;
             constants.inverse_axial[lane] = body.inverse_axial;
             constants.inverse_transverse[lane] = body.inverse_transverse;

@@ -29,8 +29,8 @@ use crate::forces::{Evaluation, SlipMotion};
 use crate::wrench::Velocity;
 use crate::{Model, Scratch, State, motion};
 use bytemuck::Zeroable;
+use geometry::Circle;
 use geometry::lanes::Line;
-use geometry::{Circle, Vec3};
 use nalgebra::{Quaternion, UnitQuaternion};
 use schemas::scene::Integrator;
 use schemas::state::BodyState;
@@ -88,14 +88,6 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -
     let loses = Evaluation::loses(model);
     state.dissipated_energy_j += asymmetric::kick_and_drift(model, state, scratch, loses);
     model.top_count() == model.body_count() && !scratch.verlet.sums.iter().any(|sums| sums.broken)
-}
-
-impl VerletScratch {
-    /// Mass of the free tops (kg), and its moment about World's origin in the middle of the last step (kg m).
-    pub(crate) fn free_mass(&self) -> (f64, Vec3) {
-        let add = |(mass, moment), sums: &Sums| (mass + sums.mass, moment + sums.mass_moment);
-        self.sums.iter().fold((0.0, Vec3::zeros()), add)
-    }
 }
 
 /// Free motion of the tops from the state to the middle of the step, into the scratch.

@@ -4,6 +4,7 @@
 
 mod contacts;
 mod frames;
+mod methods;
 mod motion;
 mod overlap;
 mod sizes;

@@ -24,7 +24,8 @@ fn a_time_step_far_beyond_the_bound_ends_by_energy_or_link() {
         let (Stop::EnergyGained { step, .. } | Stop::LinkBroken { step, .. }) = &stop else {
             panic!("{stop}")
         };
-        assert!(stop.to_string().contains(&format!("step {step}")));
+        let said = stop.to_string();
+        assert!(said.contains(&format!("step {step}")) && said.contains("ring 0 and ring 1"), "{said}");
         assert!(run.state.bodies.iter().all(|body| body.position_m.iter().all(|x| x.is_finite())));
     }
 }

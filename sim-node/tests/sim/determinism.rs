@@ -82,7 +82,9 @@ fn same_for_any_number_of_threads(integrator: &str, steps: u64) {
 
 #[test]
 fn neighbour_lists_and_memory_do_not_matter() {
-    for (integrator, steps) in [("verlet", 400), ("rk4", 400), ("dopri5", 60)] {
+    for (integrator, steps) in
+        [("verlet", 400), ("rk4", 400), ("dopri5", 60), ("backward-euler", 60), ("energy-decaying", 60)]
+    {
         let mut run = Run::new(&busy(4, 3, integrator));
         let mut fresh = run.state.clone();
         for _ in 0..steps {
@@ -96,9 +98,14 @@ fn neighbour_lists_and_memory_do_not_matter() {
 
 #[test]
 fn a_run_goes_on_from_any_message() {
-    for (integrator, pause) in
-        [("verlet", 1), ("verlet", 137), ("verlet", 402), ("rk4", 211), ("dopri5", 137)]
-    {
+    for (integrator, pause) in [
+        ("verlet", 1),
+        ("verlet", 137),
+        ("verlet", 402),
+        ("rk4", 211),
+        ("dopri5", 137),
+        ("energy-decaying", 137),
+    ] {
         let mut run = Run::new(&busy(4, 3, integrator));
         run.steps(pause);
         let mut message = Vec::new();

@@ -39,7 +39,7 @@ const DIRECTIONS: [(f64, f64); 4] =
 
 #[test]
 fn ring_sticks_without_creep() {
-    for integrator in ["verlet", "rk4"] {
+    for integrator in ["verlet", "rk4", "backward-euler", "energy-decaying"] {
         for direction in DIRECTIONS {
             let mut run = incline(0.6, direction, integrator, 6.0);
             run.steps(4000);
@@ -60,7 +60,7 @@ fn ring_slides_with_the_difference() {
     let mu = 0.3;
     let cos = 1.0 / (1.0 + SLOPE * SLOPE).sqrt();
     let expected = G * cos * (SLOPE - mu);
-    for integrator in ["verlet", "rk4"] {
+    for integrator in ["verlet", "rk4", "backward-euler", "energy-decaying"] {
         let mut measured = Vec::new();
         for direction in DIRECTIONS {
             let mut run = incline(mu, direction, integrator, 2.0);
@@ -138,7 +138,7 @@ fn sliding_ring_on_its_edge_begins_to_roll() {
          linear_velocity_m_per_s = [{v0:?}, 0.0, 0.0]"
     );
     let rolls_after = v0 * share / (mu * G * (1.0 + share));
-    for integrator in ["verlet", "rk4"] {
+    for integrator in ["verlet", "rk4", "backward-euler", "energy-decaying"] {
         let mut run = Run::new(&one_ring(1e-4, 1.2 * rolls_after, integrator, &head, &ring));
         let while_sliding = (0.5 * rolls_after / 1e-4) as u64;
         run.steps(while_sliding);

@@ -3,7 +3,6 @@
 use crate::support::Run;
 use schemas::Hash;
 use sim_node::{Model, Records, Stop, Unexplained, evaluate};
-use std::time::{Duration, Instant};
 
 /// A sheet on a ball, a capsule, a box and a floor, pinned at one ring and shaken at another, with what else is said.
 fn busy(integrator: &str, forces: &str, wire: &str) -> String {
@@ -12,6 +11,7 @@ fn busy(integrator: &str, forces: &str, wire: &str) -> String {
         [time]
         duration_s = 0.5
         time_step_s = 2e-4
+        frames_per_second = 5000.0
         [method]
         integrator = "{integrator}"
         [forces]
@@ -97,7 +97,7 @@ fn only_forces_change_momentum() {
         {
             let mut text = busy(integrator, forces, wire).replace("integrator =", &format!("{key} ="));
             if key == parts {
-                text = text.replace("time_step_s = 2e-4", "time_step_s = 2e-2");
+                text = text.replace("time_step_s = 2e-4", "time_step_s = 2e-2").replace("5000.0", "50.0");
             }
             if integrator == "dopri5" {
                 text = text.replace("duration_s = 0.5", "duration_s = 0.1");
@@ -156,35 +156,4 @@ fn the_plan_says_what_is_audited() {
         "[time]\n duration_s = 1.0\n time_step_s = 1e-3\n [method]\n integrator = \"backward-euler\"";
     let entry = part(implicit);
     assert!(!entry.needed && entry.reason.contains("residual"), "{entry:?}");
-}
-
-/// Its cost beside a step of a hanging sheet and its record: printed, not judged.
-#[test]
-fn the_cost_of_the_audit_is_printed() {
-    let pins: Vec<String> = (0..16).map(|column| format!("[0, {column}]")).collect();
-    let text = format!(
-        "[time]\n duration_s = 1.0\n time_step_s = 5e-4\n[forces]\n gravity_m_per_s2 = [0.0, 9.81, 0.0]\n\
-         [material.wire]\n line_stiffness_n_per_m2 = 1.4e6\n damping_s_per_m = 0.3\n[[weave]]\n \
-         pattern = \"european-4-in-1\"\n rows = 16\n columns = 16\n major_radius_m = 1.0\n minor_radius_m = 0.18\n \
-         ring_mass_kg = 0.63956\n material = \"wire\"\n pins = [{}]\n",
-        pins.join(", ")
-    );
-    let mut run = Run::new(&text);
-    let mut records = Records::after(Hash::default());
-    let (mut steps, mut recorded, mut audited) = (Duration::ZERO, Duration::ZERO, 0);
-    for _ in 0..1000 {
-        let start = Instant::now();
-        run.step();
-        let middle = Instant::now();
-        records.record(&run.model, &run.state, &run.scratch);
-        audited += u32::from(records.check_momentum().is_ok());
-        steps += middle - start;
-        recorded += middle.elapsed();
-    }
-    println!(
-        "256 rings: {:.1} us a step, {:.1} us its record with all audits",
-        steps.as_secs_f64() * 1e3,
-        recorded.as_secs_f64() * 1e3
-    );
-    assert_eq!(audited, 1000);
 }

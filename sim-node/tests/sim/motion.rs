@@ -66,7 +66,7 @@ fn recorded(run: &mut Run) -> Vec<StepRecord> {
 
 #[test]
 fn driven_bodies_are_where_the_scene_says() {
-    for integrator in ["verlet", "rk4", "dopri5"] {
+    for integrator in ["verlet", "rk4", "dopri5", "backward-euler", "energy-decaying"] {
         let mut run = Run::new(&shaken(1e-3, integrator, 0.2));
         let start = run.state.bodies[0];
         let mut worst = 0.0;
@@ -276,7 +276,7 @@ fn reactions_close_the_balance_of_momentum() {
 
 #[test]
 fn a_run_with_motions_goes_on_from_any_state() {
-    for integrator in ["verlet", "rk4", "dopri5"] {
+    for integrator in ["verlet", "rk4", "dopri5", "energy-decaying"] {
         let text = shaken(1e-3, integrator, 0.2);
         let mut whole = Run::new(&text);
         whole.steps(200);

@@ -127,6 +127,23 @@ fn a_penetration_that_the_bound_does_not_cover_is_told() {
     assert!((covered / 0.16 - 1.0).abs() < 1e-12, "{covered}");
 }
 
+/// Only so many bodies fit around one: a heap of a thousand is bound as one of thirteen.
+#[test]
+fn many_bodies_bind_no_more_than_those_that_fit_around_one() {
+    let heap = |count: usize| {
+        let mut text = "[time]\n duration_s = 1.0\n time_step_s = 1e-5\n [material.wire]\n".to_owned();
+        for number in 0..count {
+            text += &format!(
+                "[[sphere]]\n radius_m = 0.5\n mass_kg = 1.0\n material = \"wire\"\n position_m = [{number}.0, 0.0, 0.0]\n"
+            );
+        }
+        bound(&Scene::parse(&text, &[]).unwrap())
+    };
+    let (two, thirteen, many) = (heap(2), heap(13), heap(1000));
+    println!("{two:e} s for 2 spheres, {thirteen:e} s for 13, {many:e} s for 1000");
+    assert!((many / thirteen - 1.0).abs() < 1e-12 && thirteen < two);
+}
+
 /// Rings without links may lie on each other; with links they would have to be folded over for it, which is said in
 /// the plan.
 #[test]

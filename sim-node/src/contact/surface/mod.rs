@@ -28,12 +28,15 @@ use geometry::lanes::{Level, Simd, dispatch};
 use geometry::patch::pair::quadrature;
 use geometry::patch::{Block, Lane, Nodes, Solid, WIDTH};
 use schemas::scene::{SurfaceAverage, SurfaceIntegral, SurfaceSampler};
+use schemas::step::SurfaceSamples;
 
 /// Memory for the points of one pair.
 #[derive(Debug, Default)]
 pub(crate) struct Workspace {
     /// Those of contact 0 and 1.
     nodes: [Nodes; 2],
+    /// What the samples of all pairs found since this was last set to zero.
+    pub counts: SurfaceSamples,
 }
 
 /// What the law needs to know beside the pair.
@@ -67,7 +70,13 @@ impl Surfaces<'_> {
                 };
                 quadrature(&self.a, &self.b, &arcs, shares, nodes);
             }
-            (_, Some(random)) => self.sample(pair.numbers, &arcs, halves, random.clone(), nodes),
+            (_, Some(random)) => {
+                self.sample(pair.numbers, &arcs, halves, random.clone(), nodes);
+                let hits = nodes.iter().map(Nodes::count).sum();
+                let surfaces = halves.iter().filter(|&&share| share > 0.0).count() as u64;
+                let samples = surfaces * u64::from(self.settings.samples);
+                workspace.counts += SurfaceSamples { pairs: 1, missed: u64::from(hits == 0), samples, hits };
+            }
         }
         let mut patches = [Patch::EMPTY; 2];
         // Arcs of a contact that no sample has met leave a contact without force: its friction has nothing to hold.

@@ -26,6 +26,10 @@
 //! system, which can only take energy. Motions in which surfaces do not approach are not touched by either, so
 //! a sheet that swings on stiff contacts keeps second order.
 //!
+//! # Friction
+//! Friction is that of the end alone, its springs stretched by `h` times the mean slip: first order, any friction
+//! stiffness is stable, and the springs' energy only falls. Where a contact sticks the damper acts along it, too.
+//!
 //! # Source
 //! The mean velocities: J. C. Simo, K. K. Wong, "Unconditionally stable algorithms for rigid body dynamics that exactly
 //! preserve energy and momentum", Int. J. Numer. Methods Eng. 31 (1991). Forces from energies:
@@ -56,6 +60,8 @@ pub(super) struct EnergyDecaying<'a> {
     pairs: Vec<Blend>,
     /// Of all bodies about their centres at the end (kg m^2/s).
     momenta: Vec<Vec3>,
+    /// Mean velocities of all bodies.
+    means: Vec<Velocity>,
 }
 
 /// What is known of a pair.
@@ -100,15 +106,17 @@ impl<'a> EnergyDecaying<'a> {
             scratch.moment.circles[index] = frame(body, &motion);
             scratch.moment.velocities[index] = Velocity { linear: base.linear, angular: base.angular };
         }
-        evaluate(part, scratch);
+        let velocities = scratch.moment.velocities.clone();
+        evaluate(&Part { length: 0.0, ..part }, scratch, &velocities);
         let of_start = |start: Touch| {
             let pair = start.pair;
             Blend { pair, start, end: Touch::none(pair), least: 0.0, shift: 0.0 }
         };
         let mut decaying = EnergyDecaying {
             part,
-            pairs: touches(&scratch.evaluation).into_iter().map(of_start).collect(),
+            pairs: touches(scratch).into_iter().map(of_start).collect(),
             momenta: vec![Vec3::zeros(); model.body_count()],
+            means: velocities,
         };
         let mut system = part.masses(scratch, &vec![[0.0; 6]; model.body_count()], 1.0);
         jacobian::add_contacts(model, scratch, &mut system, None, |pair, rates| {
@@ -116,7 +124,7 @@ impl<'a> EnergyDecaying<'a> {
                 blend.least = unresolved(rates, part.length);
                 blend.shift = blend.least;
             }
-            Share { stiffness: 0.0, damping: 0.0 }
+            Share::default()
         });
         decaying
     }
@@ -150,26 +158,14 @@ impl<'a> EnergyDecaying<'a> {
     }
 
     /// The mean velocity of a body; a plane has none.
-    fn mean(&self, scratch: &Scratch, velocities: &[Six], body: u32) -> Velocity {
-        let index = body as usize;
-        match self.part.model.bodies().get(index) {
-            None => Velocity::ZERO,
-            Some(body) if body.driven => {
-                let (base, end) = (&self.part.base[index], &scratch.moment.velocities[index]);
-                let (linear, angular) = (base.linear + end.linear, base.angular + end.angular);
-                Velocity { linear: linear * 0.5, angular: angular * 0.5 }
-            }
-            Some(_) => {
-                let (linear, angular) = halves(&velocities[index]);
-                Velocity { linear, angular }
-            }
-        }
+    fn mean(&self, body: u32) -> Velocity {
+        self.means.get(body as usize).copied().unwrap_or(Velocity::ZERO)
     }
 
     /// Takes over the forces of the last evaluation.
     fn take_ends(&mut self, scratch: &Scratch) {
         self.pairs.iter_mut().for_each(|blend| blend.end = Touch::none(blend.pair));
-        for end in touches(&scratch.evaluation) {
+        for end in touches(scratch) {
             let pair = end.pair;
             match self.pairs.binary_search_by_key(&pair, |blend| blend.pair) {
                 Ok(place) => self.pairs[place].end = end,
@@ -193,10 +189,11 @@ fn unresolved(rates: Rates, length: f64) -> f64 {
     1.0 - RESOLVED / (s + RESOLVED)
 }
 
-fn evaluate(part: Part, scratch: &mut Scratch) {
+/// Forces at the moment in the scratch, friction's springs stretched by mean velocities over the part's length.
+fn evaluate(part: &Part, scratch: &mut Scratch, means: &[Velocity]) {
     let Scratch { evaluation, moment, pool, .. } = scratch;
-    let slip = SlipMotion { since: (&moment.velocities, 0.0), kept: (&moment.velocities, 0.0) };
-    evaluation.evaluate(part.model, moment, &[], slip, pool.as_deref());
+    let slip = SlipMotion { since: (means, part.length), kept: (means, part.length) };
+    evaluation.evaluate(part.model, moment, part.springs, slip, pool.as_deref());
 }
 
 impl Equations for EnergyDecaying<'_> {
@@ -207,9 +204,16 @@ impl Equations for EnergyDecaying<'_> {
             scratch.moment.circles[index] = frame(body, &motion);
             scratch.moment.velocities[index] = Velocity { linear: motion.linear, angular: motion.angular };
             self.momenta[index] = momentum;
+            let (linear, angular) = halves(velocity);
+            self.means[index] = Velocity { linear, angular };
         }
         motion::place(model, end, &mut scratch.moment);
-        evaluate(self.part, scratch);
+        for index in model.driven().iter().map(|driven| driven.body as usize) {
+            let (base, end) = (&self.part.base[index], &scratch.moment.velocities[index]);
+            let (linear, angular) = (base.linear + end.linear, base.angular + end.angular);
+            self.means[index] = Velocity { linear: linear * 0.5, angular: angular * 0.5 };
+        }
+        evaluate(&self.part, scratch, &self.means);
         self.take_ends(scratch);
     }
 
@@ -230,15 +234,17 @@ impl Equations for EnergyDecaying<'_> {
         }
         for blend in &self.pairs {
             let half = 0.5 * length * blend.factor();
-            let (a, b) = (blend.pair.0 as usize, blend.pair.1 as usize);
-            for (body, wrenches) in
-                [(a, [&blend.start.on_a, &blend.end.on_a]), (b, [&blend.start.on_b, &blend.end.on_b])]
-            {
+            let (start, end) = (&blend.start, &blend.end);
+            for (body, wrenches) in [
+                (blend.pair.0, [(&start.on_a, half), (&end.on_a, half), (&end.friction_on_a, length)]),
+                (blend.pair.1, [(&start.on_b, half), (&end.on_b, half), (&end.friction_on_b, length)]),
+            ] {
+                let body = body as usize;
                 if model.bodies().get(body).is_none_or(|body| body.pinned) {
                     continue;
                 }
-                for wrench in wrenches {
-                    let (f, t) = (wrench.force * half, wrench.torque * half);
+                for (wrench, time) in wrenches {
+                    let (f, t) = (wrench.force * time, wrench.torque * time);
                     for (lack, part) in lack[body].iter_mut().zip([f.x, f.y, f.z, t.x, t.y, t.z]) {
                         *lack -= part;
                     }
@@ -254,8 +260,7 @@ impl Equations for EnergyDecaying<'_> {
         let mut pairs = core::mem::take(&mut self.pairs);
         for blend in &mut pairs {
             if iteration < FROZEN {
-                let mean = |body| self.mean(scratch, velocities, body);
-                let (a, b) = (mean(blend.pair.0), mean(blend.pair.1));
+                let (a, b) = (self.mean(blend.pair.0), self.mean(blend.pair.1));
                 let (start, end) = (blend.start.powers(&a, &b), blend.end.powers(&a, &b));
                 let lost = start.1 + end.1;
                 let elastic = start.0 + end.0 - lost;
@@ -274,7 +279,12 @@ impl Equations for EnergyDecaying<'_> {
                 }
                 weight = 0.5 * (1.0 + blend.shift);
             }
-            Share { stiffness: weight * length * length, damping: 2.0 * weight * length }
+            Share {
+                stiffness: weight * length * length,
+                damping: 2.0 * weight * length,
+                friction_stiffness: length * length,
+                friction_damping: 2.0 * length,
+            }
         });
         self.pairs = pairs;
         system
@@ -284,20 +294,25 @@ impl Equations for EnergyDecaying<'_> {
         let model = self.part.model;
         let (mut drive, mut lost) = (0.0, 0.0);
         for blend in &self.pairs {
-            let mean = |body| self.mean(scratch, velocities, body);
-            let (a, b) = (mean(blend.pair.0), mean(blend.pair.1));
+            let (a, b) = (self.mean(blend.pair.0), self.mean(blend.pair.1));
             let half = 0.5 * blend.factor();
             let damped = -half * (blend.start.powers(&a, &b).1 + blend.end.powers(&a, &b).1);
             lost += if damped > 0.0 { damped } else { 0.0 };
-            for touch in [&blend.start, &blend.end] {
-                for (body, velocity, wrench) in
-                    [(blend.pair.0, &a, &touch.on_a), (blend.pair.1, &b, &touch.on_b)]
-                {
-                    if model.bodies().get(body as usize).is_some_and(|body| body.driven) {
-                        let power = wrench.force.dot(&velocity.linear) + wrench.torque.dot(&velocity.angular);
-                        drive -= half * power;
-                    }
+            lost -= blend.end.friction_power(&a, &b);
+            let driven = |body: u32| model.bodies().get(body as usize).is_some_and(|body| body.driven);
+            for (touch, share) in [(&blend.start, half), (&blend.end, half)] {
+                if driven(blend.pair.0) {
+                    drive -= share * touch.powers(&a, &Velocity::ZERO).0;
                 }
+                if driven(blend.pair.1) {
+                    drive -= share * touch.powers(&Velocity::ZERO, &b).0;
+                }
+            }
+            if driven(blend.pair.0) {
+                drive -= blend.end.friction_power(&a, &Velocity::ZERO);
+            }
+            if driven(blend.pair.1) {
+                drive -= blend.end.friction_power(&Velocity::ZERO, &b);
             }
         }
         let slowed = self.slowed(scratch);
@@ -325,9 +340,9 @@ impl EnergyDecaying<'_> {
         let (mut system, mut right) = (System::default(), still.clone());
         let undragged = Part { length: 0.0, ..self.part };
         system.diagonal = undragged.masses(scratch, &still, 1.0).diagonal;
-        jacobian::add_contacts(model, scratch, &mut system, Some(&mut right), |_, rates| Share {
-            stiffness: length * length * unresolved(rates, length),
-            damping: 0.0,
+        jacobian::add_contacts(model, scratch, &mut system, Some(&mut right), |_, rates| {
+            let stiffness = length * length * unresolved(rates, length);
+            Share { stiffness, friction_stiffness: stiffness, ..Share::default() }
         });
         system.solve(&right)
     }

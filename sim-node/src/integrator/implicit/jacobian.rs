@@ -7,9 +7,16 @@
 //! normal turns, `k d / D` across it: they are smaller by penetration over thickness, and of the sign that
 //! could make the matrix indefinite. So the matrix is positive definite, and Newton's iteration converges
 //! linearly by that ratio instead of quadratically; the residual is that of the true forces.
+//!
+//! # Friction
+//! The spring and the damper of a contact act along its tangents, with the same kind of screw at the force centre. Where it
+//! sticks both tangents count; where it slides, the one across the sliding, by the share that Coulomb's limit leaves.
+//! That the limit follows the normal force is left out: it would make the matrix unsymmetric.
 
 use super::system::{Block, Six, System, add_outer};
 use crate::body::Body;
+use crate::contact::PairForce;
+use crate::contact::friction::Rub;
 use crate::contact::material::{NormalLaw, PairMaterial};
 use crate::wrench::relative_velocity;
 use crate::{Model, Scratch};
@@ -18,11 +25,13 @@ use geometry::minima::{Minima, circle_circle_minima, circle_plane_minima, circle
 use geometry::{Arcs, Circle, Vec3};
 use schemas::scene::ContactLaw;
 
-/// How much of a pair's stiffness (s^2) and damping (s) goes into the matrix.
-#[derive(Clone, Copy)]
+/// How much of a pair's stiffness (s^2) and damping (s) goes into the matrix: of the normal forces and of friction.
+#[derive(Clone, Copy, Default)]
 pub(super) struct Share {
     pub stiffness: f64,
     pub damping: f64,
+    pub friction_stiffness: f64,
+    pub friction_damping: f64,
 }
 
 /// How stiff a pair's contact is against the inertia of its bodies, summed over its points.
@@ -40,8 +49,9 @@ struct Point {
     on_b: Six,
     stiffness: f64,
     damping: f64,
-    /// Of the penetration (m/s).
+    /// Of the penetration, or of the slip (m/s).
     rate: f64,
+    friction: bool,
 }
 
 /// One pair at one moment.
@@ -70,7 +80,31 @@ impl Pair<'_> {
         let turn_b = (lever + self.from_b).cross(normal);
         let on_a: Six = [normal.x, normal.y, normal.z, turn.x, turn.y, turn.z];
         let on_b: Six = [normal.x, normal.y, normal.z, turn_b.x, turn_b.y, turn_b.z];
-        self.points.push(Point { on_a, on_b, stiffness, damping, rate });
+        self.points.push(Point { on_a, on_b, stiffness, damping, rate, friction: false });
+    }
+
+    /// The tangents of a contact that rubs.
+    fn rub(&mut self, rub: &Rub, stiffness: f64) {
+        let size = rub.force.norm_squared().sqrt();
+        let slides = rub.share < 1.0 && size > 0.0;
+        let n = &rub.normal;
+        // Any tangent, or the one along which it slides.
+        let least = if n.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() };
+        let first = if slides { rub.force * (1.0 / size) } else { unit_or(n.cross(&least), &Vec3::x()).0 };
+        let second = n.cross(&first);
+        for (tangent, share) in [(first, if slides { 0.0 } else { rub.share }), (second, rub.share)] {
+            let turn = rub.lever.cross(&tangent);
+            let turn_b = (rub.lever + self.from_b).cross(&tangent);
+            let rate = -(self.relative.linear.dot(&tangent) + self.relative.angular.dot(&turn));
+            self.points.push(Point {
+                on_a: [tangent.x, tangent.y, tangent.z, turn.x, turn.y, turn.z],
+                on_b: [tangent.x, tangent.y, tangent.z, turn_b.x, turn_b.y, turn_b.z],
+                stiffness: stiffness * share,
+                damping: rub.damper * share,
+                rate,
+                friction: true,
+            });
+        }
     }
 
     /// The points of contact arcs, as `contact` takes them.
@@ -151,6 +185,11 @@ pub(super) fn add_contacts(
 ) {
     let moment = &scratch.moment;
     let rings = model.ring_count();
+    let mut rubbing: Vec<&PairForce> = Vec::new();
+    if model.features.friction {
+        rubbing.extend(scratch.evaluation.pair_forces());
+        rubbing.sort_by_key(|force| (force.a, force.b));
+    }
     for &(a, b) in scratch.evaluation.candidates(model, moment) {
         let (index_a, index_b) = (a as usize, b as usize);
         let circle_a = &moment.circles[index_a];
@@ -194,6 +233,11 @@ pub(super) fn add_contacts(
         }
         if pair.points.is_empty() {
             continue;
+        }
+        if let Ok(place) = rubbing.binary_search_by_key(&(a, b), |force| (force.a, force.b)) {
+            for rub in rubbing[place].rubs.iter().filter(|rub| rub.share > 0.0) {
+                pair.rub(rub, material.friction_stiffness);
+            }
         }
         let free_b = moving_b.map(|body| Free { body, frame: &moment.circles[index_b] });
         let rates = pair.rates(&Free { body: body_a, frame: circle_a }, free_b.as_ref());
@@ -247,7 +291,12 @@ fn put(
     let (mut of_a, mut of_b, mut between) = (zero, zero, zero);
     let (mut push_a, mut push_b) = ([0.0; 6], [0.0; 6]);
     for point in points {
-        let weight = share.stiffness * point.stiffness + share.damping * point.damping;
+        let (of_stiffness, of_damping) = if point.friction {
+            (share.friction_stiffness, share.friction_damping)
+        } else {
+            (share.stiffness, share.damping)
+        };
+        let weight = of_stiffness * point.stiffness + of_damping * point.damping;
         if !(weight > 0.0) {
             continue;
         }

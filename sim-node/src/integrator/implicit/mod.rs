@@ -12,8 +12,8 @@
 //! halves, down to 2^-12 of the step; then the run stops.
 //!
 //! # Limits
-//! No friction, and rings, spheres and planes with the laws `centreline-arc` and `centreline-minima` only: the others
-//! have no Jacobian here. A spin `w` with `w h` above about 1 makes the iteration slow and then the step short.
+//! Rings, spheres and planes with the laws `centreline-arc` and `centreline-minima` only: the others have no Jacobian
+//! here. A spin `w` with `w h` above about 1 makes the iteration slow and then the step short.
 
 mod backward_euler;
 mod energy_decaying;
@@ -30,6 +30,7 @@ use energy_decaying::EnergyDecaying;
 use geometry::{Circle, Vec3};
 use nalgebra::UnitQuaternion;
 use schemas::scene::Integrator;
+use schemas::state::ContactState;
 use system::{Six, System, dot};
 
 /// Change of velocity at which the iteration ends, as a share of the fastest surface's speed.
@@ -59,6 +60,8 @@ struct Part<'a> {
     end: f64,
     /// How long it is (s).
     length: f64,
+    /// Friction's springs at its start.
+    springs: &'a [ContactState],
 }
 
 /// What a step found: pose and velocity of each body, and the power lost and driven.
@@ -94,7 +97,6 @@ pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -
     part(model, state, scratch, (time, whole), 0, &mut drive_work)?;
     scratch.drive_work_j = drive_work;
     scratch.evaluation_age_s = 0.0;
-    state.contacts.clear();
     Ok(())
 }
 
@@ -108,7 +110,7 @@ fn part(
     drive_work: &mut f64,
 ) -> Result<(), Stop> {
     let base: Vec<Base> = model.bodies().iter().zip(&state.bodies).map(|(b, s)| Base::of(b, s)).collect();
-    let whole = Part { model, base: &base, end: time + length, length };
+    let whole = Part { model, base: &base, end: time + length, length, springs: &state.contacts };
     let found = match model.integrator() {
         Integrator::EnergyDecaying => whole.solve(EnergyDecaying::new(whole, scratch), scratch),
         _ => whole.solve(BackwardEuler { part: whole }, scratch),
@@ -127,6 +129,7 @@ fn part(
             motion.store(body);
         }
     }
+    scratch.keep_springs(&mut state.contacts);
     state.dissipated_energy_j += length * found.lost;
     *drive_work += length * found.drive;
     Ok(())
