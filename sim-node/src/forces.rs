@@ -14,7 +14,7 @@ use crate::contact::surface::Workspace;
 use crate::contact::{Contact, PairForce};
 use crate::narrow::Narrow;
 use crate::wrench::{Velocity, Wrench};
-use geometry::lanes::{Level, Line, Simd, dispatch};
+use geometry::lanes::{Level, Line};
 use geometry::{Circle, Vec3};
 use rayon::prelude::*;
 use schemas::scene::{ContactLaw, Integrator};

@@ -189,17 +189,23 @@ pub struct ArcSearch {
 impl ArcSearch {
     /// Finds the contact arcs of A's centreline along B's, for pairs (A, B) of rings, given by their places
     /// in `lines`, whose minor radii sum to less than B's major radius.
+    pub fn find(&mut self, level: Level, lines: &[Line], pairs: &[(u32, u32)]) {
+        dispatch!(level, simd => simd.vectorize(
+            #[inline(always)]
+            || self.find_with(simd, lines, pairs),
+        ));
+        self.settle();
+    }
+
     #[inline(always)]
-    pub fn find<S: Simd>(&mut self, simd: S, lines: &[Line], pairs: &[(u32, u32)]) {
+    fn find_with<S: Simd>(&mut self, simd: S, lines: &[Line], pairs: &[(u32, u32)]) {
         self.irregular.clear();
         chart::charts(simd, lines, pairs, &mut self.charts, &mut self.irregular);
         isolate::isolate(simd, &self.charts, &mut self.cuts, &mut self.found, &mut self.irregular);
-        self.settle();
     }
 
     /// Brings the arcs into the order of the pairs, a pair's two in the order in which they were found. A pair that
     /// is irregular on one side is irregular as a whole.
-    #[inline(always)]
     fn settle(&mut self) {
         self.irregular.sort_unstable();
         self.irregular.dedup();
@@ -245,19 +251,23 @@ pub struct NearSearch {
 impl NearSearch {
     /// Appends the pairs whose wires are less than `margin` (m) apart, in order, to `near`, and some that are not:
     /// all others are farther apart than that. The same kind of pairs as for [`ArcSearch::find`].
-    #[inline(always)]
-    pub fn find<S: Simd>(
+    pub fn find(
         &mut self,
-        simd: S,
+        level: Level,
         lines: &[Line],
         pairs: &[(u32, u32)],
         margin: f64,
         near: &mut Vec<(u32, u32)>,
     ) {
-        let count = cull::cull(simd, lines, pairs, margin, &mut self.numbers);
-        self.left.clear();
-        self.left.extend(self.numbers[..count].iter().map(|&number| pairs[number as usize]));
-        chart::touchable(simd, lines, &self.left, margin, near);
+        dispatch!(level, simd => simd.vectorize(
+            #[inline(always)]
+            || {
+                let count = cull::cull(simd, lines, pairs, margin, &mut self.numbers);
+                self.left.clear();
+                self.left.extend(self.numbers[..count].iter().map(|&number| pairs[number as usize]));
+                chart::touchable(simd, lines, &self.left, margin, near);
+            },
+        ));
     }
 }
 

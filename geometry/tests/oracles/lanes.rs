@@ -2,7 +2,7 @@
 //! instruction set.
 
 use crate::random::{Random, degenerate_pairs};
-use geometry::lanes::{ArcSearch, LaneArc, Level, Line, dispatch};
+use geometry::lanes::{ArcSearch, LaneArc, Level, Line};
 use geometry::{Circle, Vec3, arc::circle_circle_arcs, point_circle_distance};
 
 fn line(circle: &Circle, minor_radius: f64) -> Line {
@@ -12,7 +12,7 @@ fn line(circle: &Circle, minor_radius: f64) -> Line {
 
 fn search(level: Level, lines: &[Line], pairs: &[(u32, u32)]) -> ArcSearch {
     let mut search = ArcSearch::default();
-    dispatch!(level, simd => search.find(simd, lines, pairs));
+    search.find(level, lines, pairs);
     search
 }
 

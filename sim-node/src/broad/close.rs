@@ -10,7 +10,7 @@
 //! circles come closer by no more than the difference of their `dc`, which lies in the box of all of them, and
 //! `R |dn|` of each. While that is below the margin, the patch need not be looked at again.
 
-use geometry::lanes::{Line, NearSearch, Row, Select, Simd, SimdBase};
+use geometry::lanes::{Level, Line, NearSearch, Row, Select, Simd, SimdBase, dispatch};
 
 /// Pairs in a patch. Part of nothing: any value gives the same bits.
 const PATCH_PAIRS: usize = 128;
@@ -36,15 +36,16 @@ struct Patch {
     /// Its bodies, and their poses when it was looked at; none before that.
     bodies: Vec<u32>,
     anchors: Vec<Line>,
+    /// Whether it need not be looked at again.
+    holds: bool,
 }
 
 impl CloseList {
     /// Brings the list up to date for rings at `lines`. `list` is the number of the list of neighbours, `margin` how
     /// far apart wires may be to be called close (m): more makes a longer list that holds longer.
-    #[inline(always)]
-    pub(crate) fn update<S: Simd>(
+    pub(crate) fn update(
         &mut self,
-        simd: S,
+        level: Level,
         lines: &[Line],
         list: u64,
         neighbours: &[(u32, u32)],
@@ -54,19 +55,25 @@ impl CloseList {
             self.list = list;
             self.cut_up(neighbours);
         }
-        let mut changed = false;
+        let patches = &mut self.patches;
+        dispatch!(level, simd => simd.vectorize(
+            #[inline(always)]
+            || for patch in patches.iter_mut() {
+                patch.holds = patch.holds(simd, lines, margin);
+            },
+        ));
+        if self.patches.iter().all(|patch| patch.holds) {
+            return;
+        }
         for (patch, neighbours) in self.patches.iter_mut().zip(neighbours.chunks(PATCH_PAIRS)) {
-            if !patch.holds(simd, lines, margin) {
+            if !patch.holds {
                 patch.note(lines);
                 patch.pairs.clear();
-                self.search.find(simd, lines, neighbours, margin, &mut patch.pairs);
-                changed = true;
+                self.search.find(level, lines, neighbours, margin, &mut patch.pairs);
             }
         }
-        if changed {
-            self.pairs.clear();
-            self.patches.iter().for_each(|patch| self.pairs.extend_from_slice(&patch.pairs));
-        }
+        self.pairs.clear();
+        self.patches.iter().for_each(|patch| self.pairs.extend_from_slice(&patch.pairs));
     }
 
     fn cut_up(&mut self, neighbours: &[(u32, u32)]) {
@@ -123,7 +130,7 @@ impl Patch {
 #[cfg(test)]
 mod tests {
     use super::CloseList;
-    use geometry::lanes::{Level, Line, dispatch};
+    use geometry::lanes::{Level, Line};
 
     /// Two rows of rings side by side, one unit apart, in the planes y = 0 and y = 0.5.
     fn rows(count: usize) -> (Vec<Line>, Vec<(u32, u32)>) {
@@ -136,7 +143,7 @@ mod tests {
     }
 
     fn close(list: &mut CloseList, lines: &[Line], pairs: &[(u32, u32)]) -> Vec<(u32, u32)> {
-        dispatch!(Level::new(), simd => list.update(simd, lines, 1, pairs, 0.1));
+        list.update(Level::new(), lines, 1, pairs, 0.1);
         list.pairs.clone()
     }
 

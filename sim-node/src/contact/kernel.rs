@@ -16,10 +16,10 @@ use super::{Contact, direction};
 use crate::wrench::Velocity;
 use geometry::arc::RULES;
 use geometry::each_lane;
-use geometry::lanes::SimdBase;
 use geometry::lanes::{
     ArcSearch, Frames, LANES, LaneArc, Lanes, Line, PairLanes, Row, Simd, Vectors, columns, larger, rows_of,
 };
+use geometry::lanes::{Level, SimdBase, dispatch};
 use geometry::{Circle, GaussRule};
 
 /// Below this a product of lengths is taken for 0 (m^2).
@@ -148,44 +148,28 @@ pub(crate) struct RingChunk {
 
 impl RingChunk {
     /// Finds the contacts of some pairs of rings and their forces; `search.irregular` are those left out.
-    #[inline(always)]
-    pub(crate) fn collide<S: Simd, const DAMPED: bool>(
+    pub(crate) fn collide<const DAMPED: bool>(
         &mut self,
-        simd: S,
+        level: Level,
         scene: RingScene,
         pairs: &[(u32, u32)],
     ) {
-        simd.vectorize(
-            #[inline(always)]
-            || self.search.find(simd, scene.lines, pairs),
-        );
+        self.search.find(level, scene.lines, pairs);
         let count = self.search.arcs.len();
         if self.forces.len() < count {
             self.forces.resize(count, ArcForce::default());
         }
         self.forces.truncate(count);
-        if count == 0 {
-            return;
-        }
         self.sort();
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                for (bin, rule) in self.bins.iter().zip(RULES) {
-                    for group in bin.chunks(LANES) {
-                        push_group::<S, DAMPED>(
-                            simd,
-                            &scene,
-                            &self.search.arcs,
-                            pairs,
-                            rule,
-                            group,
-                            &mut self.forces,
-                        );
-                    }
-                }
-            },
-        );
+        let (arcs, forces) = (self.search.arcs.as_slice(), self.forces.as_mut_slice());
+        for (bin, rule) in self.bins.iter().zip(RULES).filter(|(bin, _)| !bin.is_empty()) {
+            dispatch!(level, simd => simd.vectorize(
+                #[inline(always)]
+                || for group in bin.chunks(LANES) {
+                    push_group::<_, DAMPED>(simd, &scene, arcs, pairs, rule, group, forces);
+                },
+            ));
+        }
     }
 
     /// Sorts the arcs by the rule that their length needs. Written without branches: which rule it is cannot be
