@@ -7,10 +7,10 @@
 
 use crate::Model;
 use crate::body::Body;
-use crate::broad::{CloseList, Neighbours};
-use crate::contact::kernel::{ArcForce, MotionLine, RingChunk, RingScene};
+use crate::broad::Neighbours;
+use crate::chunk::{Chunk, chunk_pairs, part};
+use crate::contact::kernel::{ArcForce, MotionLine, RingScene};
 use crate::contact::material::NormalLaw;
-use crate::contact::surface::Workspace;
 use crate::contact::{Contact, PairForce};
 use crate::narrow::Narrow;
 use crate::wrench::{Velocity, Wrench};
@@ -19,9 +19,6 @@ use geometry::{Circle, Vec3};
 use rayon::prelude::*;
 use schemas::scene::{ContactLaw, Integrator};
 use schemas::{state::ContactState, step::SurfaceSamples};
-
-/// Pairs in a chunk. Part of nothing: any value gives the same bits.
-const CHUNK_PAIRS: usize = 1024;
 
 /// Up to which distance wires are called close, over the thinnest wire's radius: so that lists of close pairs hold
 /// for some ten steps, with few pairs that do not touch. Part of nothing, too.
@@ -70,50 +67,6 @@ pub(crate) struct Evaluation {
     pub wrenches: Vec<Wrench>,
     /// Their inelastic part; zero, and not kept up, without damping and friction.
     pub lost: Vec<Wrench>,
-}
-
-/// The results of some pairs.
-#[derive(Debug, Default)]
-struct Chunk {
-    /// Which pairs are close, and the kernel's results, if these are pairs of rings for it.
-    close: CloseList,
-    rings: RingChunk,
-    /// One pair at a time: those that the kernel left, or all.
-    forces: Vec<PairForce>,
-    workspace: Workspace,
-}
-
-impl Chunk {
-    fn rings<const DAMPED: bool, const FRICTION: bool>(
-        &mut self,
-        level: Level,
-        rings: RingScene,
-        scene: &Narrow,
-        (list, pairs): (u64, &[(u32, u32)]),
-    ) {
-        let (chunk, close) = (&mut self.rings, &mut self.close);
-        let margin = rings.close_margin;
-        dispatch!(level, simd => {
-            simd.vectorize(#[inline(always)] || close.update(simd, rings.lines, list, pairs, margin));
-            chunk.collide::<_, DAMPED>(simd, rings, &close.pairs);
-        });
-        self.forces.clear();
-        for &number in &self.rings.search.irregular {
-            let (a, b) = self.close.pairs[number as usize];
-            scene.pair::<DAMPED, FRICTION>(a, b, &mut self.workspace, &mut self.forces);
-        }
-    }
-
-    fn others<const DAMPED: bool, const FRICTION: bool>(&mut self, scene: &Narrow, pairs: &[(u32, u32)]) {
-        self.rings.forces.clear();
-        self.forces.clear();
-        self.workspace.counts = SurfaceSamples::default();
-        for &(a, b) in pairs {
-            if scene.model.near(&scene.moment.circles, a, b) {
-                scene.pair::<DAMPED, FRICTION>(a, b, &mut self.workspace, &mut self.forces);
-            }
-        }
-    }
 }
 
 impl Evaluation {
@@ -274,8 +227,10 @@ impl Evaluation {
         scene: &Narrow,
         pool: Option<&rayon::ThreadPool>,
     ) {
-        let ring_chunks = self.ring_pairs.len().div_ceil(CHUNK_PAIRS);
-        self.chunk_count = ring_chunks + self.other_pairs.len().div_ceil(CHUNK_PAIRS);
+        let threads = pool.map_or(1, rayon::ThreadPool::current_num_threads);
+        let size = chunk_pairs(self.ring_pairs.len() + self.other_pairs.len(), threads);
+        let ring_chunks = self.ring_pairs.len().div_ceil(size);
+        self.chunk_count = ring_chunks + self.other_pairs.len().div_ceil(size);
         if self.chunks.len() < self.chunk_count {
             self.chunks.resize_with(self.chunk_count, Chunk::default);
         }
@@ -292,9 +247,9 @@ impl Evaluation {
         let (ring_pairs, other_pairs, level) = (&self.ring_pairs, &self.other_pairs, self.level);
         let work = |(number, chunk): (usize, &mut Chunk)| {
             if number < ring_chunks {
-                chunk.rings::<DAMPED, FRICTION>(level, rings, scene, (list, part(ring_pairs, number)));
+                chunk.rings::<DAMPED, FRICTION>(level, rings, scene, (list, part(ring_pairs, size, number)));
             } else {
-                chunk.others::<DAMPED, FRICTION>(scene, part(other_pairs, number - ring_chunks));
+                chunk.others::<DAMPED, FRICTION>(scene, part(other_pairs, size, number - ring_chunks));
             }
         };
         let chunks = &mut self.chunks[..self.chunk_count];
@@ -339,12 +294,6 @@ impl Evaluation {
             }
         }
     }
-}
-
-/// A chunk's part of a list of pairs.
-fn part(pairs: &[(u32, u32)], number: usize) -> &[(u32, u32)] {
-    let end = (number + 1) * CHUNK_PAIRS;
-    &pairs[number * CHUNK_PAIRS..if end < pairs.len() { end } else { pairs.len() }]
 }
 
 /// Whether a pair is one for the kernel: under the default law, two rings without friction whose wires together are

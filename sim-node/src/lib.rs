@@ -9,6 +9,7 @@
 
 mod body;
 pub mod broad;
+mod chunk;
 mod contact;
 mod drag;
 mod estimate;

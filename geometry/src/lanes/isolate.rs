@@ -17,7 +17,8 @@
 //! here about the arc's length `2 w`. With a last step below `w / 1024` that is `6e-11 w`. The depth vanishes at
 //! the ends, so the force of an arc changes by the square of that: less than rounding.
 
-use super::chart::{Block, ChartLists, Charts, bernstein, chart_of, newton, within};
+use super::chart::{ChartLists, bernstein, newton, within};
+use super::store::{Block, Charts, chart_of};
 use super::{LANES, LaneArc, Lanes, Mask, Row, Simd, larger, rows_of, smaller};
 use crate::arc::{HALF_TANGENT_MAX, RULE_LENGTHS};
 use fearless_simd::prelude::*;

@@ -31,6 +31,7 @@ pub use fearless_simd::{Level, Simd, dispatch};
 mod chart;
 mod cull;
 mod isolate;
+mod store;
 mod wide;
 
 pub use wide::{LANES, Lanes, Mask};
@@ -177,7 +178,7 @@ impl LaneArc {
 #[derive(Debug, Default)]
 pub struct ArcSearch {
     charts: chart::ChartLists,
-    cuts: [chart::Charts; 2],
+    cuts: [store::Charts; 2],
     /// Of simple charts, of parts, of parts that were cut again, and of one round of these.
     found: [Vec<LaneArc>; 4],
     /// The arcs found, in the order of the pairs. A pair has at most two.
