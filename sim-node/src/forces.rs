@@ -20,8 +20,8 @@ use rayon::prelude::*;
 use schemas::scene::{ContactLaw, Integrator};
 use schemas::{state::ContactState, step::SurfaceSamples};
 
-/// Up to which distance wires are called close, over the thinnest wire's radius: so that lists of close pairs hold
-/// for some ten steps, with few pairs that do not touch. Part of nothing, too.
+/// Up to which distance wires are called close, over the thinnest wire's radius: more makes lists of close pairs
+/// longer, and they hold longer. Part of nothing, too.
 const CLOSE_SHARE: f64 = 0.5;
 
 /// Frames and velocities of all bodies at one moment.

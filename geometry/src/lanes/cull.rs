@@ -1,5 +1,5 @@
-//! Which pairs of rings can touch at all, with wires that are thicker by a margin: each ring against the slab of the other's plane, and A against the
-//! cylinder shells about B's centre.
+//! Which pairs of rings can touch at all, with wires that are thicker by a margin: each ring against the slab of the
+//! other's plane, and A against the cylinder shells about B's centre.
 //!
 //! A pair is dropped only where the gap is beyond rounding: the squared amplitudes are taken [`SLACK`] larger
 //! than they are.

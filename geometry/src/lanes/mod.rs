@@ -205,8 +205,8 @@ impl ArcSearch {
         isolate::isolate(simd, &self.charts, &mut self.cuts, &mut self.found, &mut self.irregular);
     }
 
-    /// Brings the arcs into the order of the pairs, a pair's two in the order in which they were found. A pair that
-    /// is irregular on one side is irregular as a whole.
+    /// Brings the arcs into the order of the pairs; the order of a pair's two is a function of that pair alone. A pair
+    /// that is irregular on one side is irregular as a whole.
     fn settle(&mut self) {
         self.irregular.sort_unstable();
         self.irregular.dedup();
@@ -224,7 +224,7 @@ impl ArcSearch {
         self.arcs.resize(count, last);
         let (mut one, mut other) = (0, 0);
         for arc in &mut self.arcs {
-            // Two of one pair: by their rules, which is as good as any order.
+            // Of one pair's two, from one list each, the one with the smaller rule goes first.
             let first = simple[one].numbers[3] <= parts[other].numbers[3];
             *arc = if first { simple[one] } else { parts[other] };
             one += usize::from(first);
