@@ -1,7 +1,7 @@
 //! A polynomial along a straight line.
 
 use super::{DEGREE_MAX, Polynomial};
-use crate::{Vec3, bernstein};
+use crate::{RootFinder, Vec3, bernstein, companion};
 
 /// Coefficients of a polynomial in one variable, up to the largest degree.
 pub(super) type Coefficients = [f64; DEGREE_MAX + 1];
@@ -114,6 +114,18 @@ impl Polynomial {
     /// ascending order, and returns the first one for which it says true. What counts as a root is told in
     /// [`crate::bernstein`].
     pub fn find_root(&self, start: &Vec3, end: &Vec3, accept: impl FnMut(f64) -> bool) -> Option<f64> {
+        self.find_root_by(RootFinder::Bernstein, start, end, accept)
+    }
+
+    /// The same by another root finder.
+    #[inline]
+    fn find_root_by(
+        &self,
+        finder: RootFinder,
+        start: &Vec3,
+        end: &Vec3,
+        accept: impl FnMut(f64) -> bool,
+    ) -> Option<f64> {
         let coefficients = self.along(start, end);
         macro_rules! of_degree {
             ($($n:literal)*) => {
@@ -121,7 +133,10 @@ impl Polynomial {
                     $($n => {
                         let exact: &[f64; $n + 1] =
                             coefficients.first_chunk().expect("there are as many as the largest degree has");
-                        bernstein::find_root(exact, accept)
+                        match finder {
+                            RootFinder::Bernstein => bernstein::find_root(exact, accept),
+                            RootFinder::Companion => companion::find_root(exact, accept),
+                        }
                     })*
                     // A constant has no roots.
                     _ => None,
@@ -139,10 +154,11 @@ impl Polynomial {
         direction: &Vec3,
         (start, end): (f64, f64),
         t_min: f64,
+        finder: RootFinder,
     ) -> Option<f64> {
         let at = |t: f64| origin + direction * t;
         let mut hit = f64::NAN;
-        self.find_root(&at(start), &at(end), |s| {
+        self.find_root_by(finder, &at(start), &at(end), |s| {
             hit = self.polished(origin, direction, (start, end), start + s * (end - start));
             hit > t_min
         })
