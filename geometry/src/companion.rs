@@ -224,10 +224,11 @@ fn reflect(a: &mut Matrix, (start, end): (usize, usize), k: usize, vector: &[f64
     v[0] += if v[0] < 0.0 { -norm } else { norm };
     let twice = 2.0 / v.iter().map(|x| x * x).sum::<f64>();
     let first = if k > start { k - 1 } else { start };
+    let rows = &mut a[k..k + length];
     for column in first..end {
-        let along: f64 = (0..length).map(|i| v[i] * a[k + i][column]).sum();
-        for i in 0..length {
-            a[k + i][column] -= twice * along * v[i];
+        let along: f64 = rows.iter().zip(&v).map(|(row, v)| v * row[column]).sum();
+        for (row, v) in rows.iter_mut().zip(&v) {
+            row[column] -= twice * along * v;
         }
     }
     let last = if k + 4 < end { k + 4 } else { end };

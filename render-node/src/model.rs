@@ -245,7 +245,8 @@ impl RenderModel {
         let radii = self.rings.iter().map(|ring| ring.minor_radius);
         let radii = radii.chain(self.spheres.iter().map(|sphere| sphere.radius));
         let radii = radii.chain(self.solids.iter().map(|(shape, _)| shape.detail()));
-        1e-6 * radii.fold(1.0, |least, radius| if radius < least { radius } else { least })
+        let least = radii.reduce(|least, radius| if radius < least { radius } else { least });
+        1e-6 * least.unwrap_or(1.0)
     }
 }
 

@@ -87,19 +87,26 @@ impl SolidShape {
     ///
     /// [`FormulaRefused`] if nothing of one can be seen.
     pub(crate) fn sheets(scene: &Scene) -> Result<Vec<(SolidShape, &str, SolidFrame)>, FormulaRefused> {
-        let sheet = |(index, surface): (usize, &render::Surface)| {
-            let bounds = match (surface.bounding_half_extents_m, surface.bounding_radius_m) {
-                (Some(half), _) => Bounds::Box(Vec3::from(half)),
-                (None, radius) => Bounds::Ball(radius.expect("a scene is checked to give one of the two")),
-            };
-            let sheet = Surface::new(&surface.formula, surface.scale_m, bounds)
-                .map_err(|cause| FormulaRefused::Surface { index, cause })?;
-            let [x, y, z, w] = surface.orientation;
-            let turned = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
-            let frame = SolidFrame::at(Vec3::from(surface.position_m), &turned);
-            Ok((SolidShape::Sheet(Arc::new(sheet), finder(scene)), surface.look.as_str(), frame))
-        };
-        scene.render.surfaces.iter().enumerate().map(sheet).collect()
+        scene
+            .render
+            .surfaces
+            .iter()
+            .enumerate()
+            .map(|(index, surface)| {
+                let bounds = match (surface.bounding_half_extents_m, surface.bounding_radius_m) {
+                    (Some(half), _) => Bounds::Box(Vec3::from(half)),
+                    (None, radius) => {
+                        Bounds::Ball(radius.expect("a scene is checked to give one of the two"))
+                    }
+                };
+                let sheet = Surface::new(&surface.formula, surface.scale_m, bounds)
+                    .map_err(|cause| FormulaRefused::Surface { index, cause })?;
+                let [x, y, z, w] = surface.orientation;
+                let turned = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
+                let frame = SolidFrame::at(Vec3::from(surface.position_m), &turned);
+                Ok((SolidShape::Sheet(Arc::new(sheet), finder(scene)), surface.look.as_str(), frame))
+            })
+            .collect()
     }
 
     /// The shapes of a scene's solids with the names of their materials, in the order of a state.

@@ -1,7 +1,11 @@
 //! A polynomial along a straight line.
 
-use super::{DEGREE_MAX, Polynomial};
+use super::{DEGREE_MAX, Polynomial, Term, powers};
 use crate::{RootFinder, Vec3, bernstein, companion};
+
+/// Rounding error of a Bernstein coefficient or a value over the sum of the terms' absolute values: two for each of sixteen
+/// products and as many sums, at half a unit in the last place each, and four times that.
+const ROUNDING: f64 = 1.0 / (1u64 << 46) as f64;
 
 /// Coefficients of a polynomial in one variable, up to the largest degree.
 pub(super) type Coefficients = [f64; DEGREE_MAX + 1];
@@ -146,8 +150,14 @@ impl Polynomial {
         of_degree!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16)
     }
 
-    /// The first root beyond `t_min` along `origin + t direction` up to the bounds, with two Newton steps on the formula
+    /// The first crossing beyond `t_min` along `origin + t direction` up to the bounds, with two Newton steps on the formula
     /// itself.
+    ///
+    /// # Double roots
+    /// Where `F` touches 0 and turns back there is no crossing; but rounding may make two of it. So a root counts alone only
+    /// if `F` certainly gets beyond its rounding error between it and the next: by the parabola there, to the depth
+    /// `F'^2 / (2 |F''|)`. Of roots in a row that do not, each two cancel out: a double or fourfold root is none, a triple one is
+    /// a crossing, at any rounding.
     pub fn first_root(
         &self,
         origin: &Vec3,
@@ -157,12 +167,37 @@ impl Polynomial {
         finder: RootFinder,
     ) -> Option<f64> {
         let at = |t: f64| origin + direction * t;
-        let mut hit = f64::NAN;
-        self.find_root_by(finder, &at(start), &at(end), |s| {
-            hit = self.polished(origin, direction, (start, end), start + s * (end - start));
-            hit > t_min
-        })
-        .map(|_| hit)
+        let (from, to) = (at(start), at(end));
+        let (mut crossing, mut doubtful) = (None, None);
+        self.find_root_by(finder, &from, &to, |s| {
+            let t = self.polished(origin, direction, (start, end), start + s * (end - start));
+            if !(t > t_min) {
+                return false;
+            }
+            let jet = self.jet(&at(t));
+            let (slope, bend) = (jet.gradient.dot(direction), jet.second_times(direction).dot(direction));
+            if slope * slope <= 2.0 * bend.abs() * self.rounding(&from, &to) {
+                doubtful = if doubtful.is_none() { Some(t) } else { None };
+                return false;
+            }
+            crossing = Some(t);
+            true
+        });
+        // One that is left over lies before any crossing that is certain.
+        doubtful.or(crossing)
+    }
+
+    /// What rounding may do to a value between two points: a part of the sum of the terms' largest absolute values there.
+    fn rounding(&self, from: &Vec3, to: &Vec3) -> f64 {
+        let [x, y, z] = [0, 1, 2].map(|axis| {
+            let (a, b) = (from[axis].abs(), to[axis].abs());
+            powers(if a > b { a } else { b })
+        });
+        let term = |term: &Term| {
+            let [i, j, k] = term.powers.map(|power| usize::from(power) + 2);
+            term.coefficient.abs() * (x[i] * y[j] * z[k])
+        };
+        ROUNDING * self.terms.iter().map(term).sum::<f64>()
     }
 
     /// Two Newton steps; one that is too large to be a correction is not taken.

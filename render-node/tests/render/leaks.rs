@@ -30,12 +30,14 @@ impl Counts {
     }
 }
 
-/// A body of size 1: the scene's keys for it at a scale, and its signed distance and direction outward in its own frame,
-/// both good near the surface.
+/// Signed distance and direction outward at a point, both good near the surface.
+type Outward = dyn Fn(&Vec3) -> (f64, Vec3);
+
+/// A body of size 1: the scene's keys for it at a scale, and what is outward, in its own frame.
 pub struct Kind {
     pub name: &'static str,
     keys: fn(f64) -> String,
-    outward: Box<dyn Fn(&Vec3) -> (f64, Vec3)>,
+    outward: Box<Outward>,
 }
 
 fn ring(name: &'static str, minor: f64, keys: fn(f64) -> String) -> Kind {
@@ -149,7 +151,8 @@ pub fn rays(kind: &Kind, scale: f64, rays: u64, dice: &mut Dice) -> Counts {
         if leaving {
             counts.outward += 1;
             counts.again += u64::from(met.is_some());
-            counts.self_hits += u64::from(far_side.is_some_and(|distance| !(distance > 1e-14 * scale)));
+            counts.self_hits +=
+                u64::from(far_side.is_some_and(|distance| distance <= 1e-14 * scale || distance.is_nan()));
         } else {
             counts.inward += 1;
             counts.leaks += u64::from(!far_side.is_some_and(|distance| distance < 0.0));
