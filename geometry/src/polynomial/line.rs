@@ -170,13 +170,17 @@ impl Polynomial {
         let (from, to) = (at(start), at(end));
         let (mut crossing, mut doubtful) = (None, None);
         self.find_root_by(finder, &from, &to, |s| {
-            let t = self.polished(origin, direction, (start, end), start + s * (end - start));
+            let t = start + s * (end - start);
+            let jet = self.jet(&at(t));
+            let (slope, bend) = (jet.gradient.dot(direction), jet.second_times(direction).dot(direction));
+            let is_doubtful = slope * slope <= 2.0 * bend.abs() * self.rounding(&from, &to);
+            // Newton's steps lead away from a double root.
+            let step_max = if is_doubtful { 0.0 } else { 1e-6 * (end - start) };
+            let t = self.polished(origin, direction, t - corrected(jet.value / slope, step_max), step_max);
             if !(t > t_min) {
                 return false;
             }
-            let jet = self.jet(&at(t));
-            let (slope, bend) = (jet.gradient.dot(direction), jet.second_times(direction).dot(direction));
-            if slope * slope <= 2.0 * bend.abs() * self.rounding(&from, &to) {
+            if is_doubtful {
                 doubtful = if doubtful.is_none() { Some(t) } else { None };
                 return false;
             }
@@ -200,16 +204,14 @@ impl Polynomial {
         ROUNDING * self.terms.iter().map(term).sum::<f64>()
     }
 
-    /// Two Newton steps; one that is too large to be a correction is not taken.
-    fn polished(&self, origin: &Vec3, direction: &Vec3, (start, end): (f64, f64), mut t: f64) -> f64 {
-        let step_max = 1e-6 * (end - start);
-        for _ in 0..2 {
-            let (value, gradient) = self.value_and_gradient(&(origin + direction * t));
-            let step = value / gradient.dot(direction);
-            if step < step_max && step > -step_max {
-                t -= step;
-            }
-        }
-        t
+    /// Another Newton step.
+    fn polished(&self, origin: &Vec3, direction: &Vec3, t: f64, step_max: f64) -> f64 {
+        let (value, gradient) = self.value_and_gradient(&(origin + direction * t));
+        t - corrected(value / gradient.dot(direction), step_max)
     }
+}
+
+/// A step, or none if it is too large to be a correction.
+fn corrected(step: f64, step_max: f64) -> f64 {
+    if step < step_max && step > -step_max { step } else { 0.0 }
 }
