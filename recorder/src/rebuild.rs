@@ -9,7 +9,7 @@ use crate::writer::{LogWriter, WriteError};
 use schemas::end::{End, Outcome};
 use schemas::scene::SceneRecord;
 use schemas::step::StepRecord;
-use schemas::{Hash, log_time_ns, state, wire};
+use schemas::{log_time_ns, state, wire};
 use std::io;
 use std::ops::Range;
 
@@ -167,7 +167,7 @@ impl<'a> Source<'a> {
             }
             Err(Interruption::Refused(reason)) => {
                 let step = counts.step_records;
-                let hole = extent.holes.iter().find(|hole| hole.end == step);
+                let hole = extent.holes.iter().find(|hole| hole.start <= step && step <= hole.end);
                 match output.last_kind {
                     Kind::Frame | Kind::FrameInfo => self.frame_limit = counts.frames as usize,
                     Kind::End if self.end_fits => self.end_fits = false,

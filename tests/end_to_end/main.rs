@@ -2,6 +2,9 @@
 
 mod bad_input;
 mod command;
+mod killed_anywhere;
 mod lost_process;
 mod main_job;
+mod recovery;
+mod resumed;
 mod stopped_run;
