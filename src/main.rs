@@ -2,6 +2,8 @@
 //!
 //! It knows no physics, no light and no bus protocol: everything is done by the libraries it calls.
 
+mod again;
+mod explain;
 mod failure;
 mod log_file;
 #[cfg(feature = "movie")]
@@ -15,6 +17,7 @@ mod supervise;
 mod terminal;
 
 mod diff;
+mod export;
 mod info;
 mod plan;
 mod record;
@@ -84,6 +87,8 @@ enum Verb {
     Verify(verify::Arguments),
     /// Find the first difference of two logs
     Diff(diff::Arguments),
+    /// Write what a log holds for other programs: tables, pictures, a movie, a file for viewers
+    Export(export::Arguments),
     /// Say what is in a log
     Info(info::Arguments),
     /// Say what a scene needs, and what is left out
@@ -107,6 +112,7 @@ fn main() -> ExitCode {
         Verb::Sheet(arguments) => sheet::run(&arguments),
         Verb::Verify(arguments) => verify::run(&arguments),
         Verb::Diff(arguments) => diff::run(&arguments),
+        Verb::Export(arguments) => export::run(&arguments),
         Verb::Info(arguments) => info::run(&arguments),
         Verb::Plan(arguments) => plan::run(&arguments),
     };

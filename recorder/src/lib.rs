@@ -3,7 +3,7 @@
 //! - [`Sequencer`] brings the messages of three processes into that order;
 //! - [`LogWriter`] writes them, and checks what it writes;
 //! - [`Log`] reads them back, finished or not;
-//! - [`Summary`] says what is in a log, [`diff()`] where two logs part;
+//! - [`Summary`] says what is in a log, [`diff()`] where two logs part, [`export`] writes it for other programs;
 //! - [`node::record`] is the process: it alone knows the bus, the clock and the file that is written.
 //!
 //! A log is an MCAP file: any MCAP tool opens it. Its chunks are not compressed, its `library` field is
@@ -12,6 +12,7 @@
 pub mod check;
 mod container;
 pub mod diff;
+pub mod export;
 mod fault;
 mod index;
 pub mod message;

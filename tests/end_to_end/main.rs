@@ -4,4 +4,5 @@ mod bad_input;
 mod command;
 mod lost_process;
 mod main_job;
+mod questions;
 mod stopped_run;
