@@ -84,8 +84,8 @@ fn thorough_finds_what_was_altered_in_the_file_before_the_runs_part() {
 fn with_record(log: &[u8], step: u64, change: impl Fn(&mut StepRecord)) -> Vec<u8> {
     let log = open("a", log.to_vec());
     let mut messages: Vec<_> = log.messages().map(|message| message.expect("whole")).collect();
-    let records = messages.iter_mut().filter(|message| message.kind == Kind::Step);
-    let bytes = records.skip(step as usize).next().expect("a record").bytes.to_mut();
+    let mut records = messages.iter_mut().filter(|message| message.kind == Kind::Step);
+    let bytes = records.nth(step as usize).expect("a record").bytes.to_mut();
     let mut record = serde_json::from_slice(bytes).expect("a record");
     change(&mut record);
     *bytes = serde_json::to_vec(&record).expect("JSON");

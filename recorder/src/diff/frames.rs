@@ -173,7 +173,7 @@ pub fn difference_picture(a: &Log, b: &Log, frame: usize) -> Result<DifferencePi
         return Err(format!("frame {frame} is {width_a} x {height_a} and {width_b} x {height_b} pixels"));
     }
     let max = a.levels.iter().zip(&b.levels).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0);
-    let gain = if max == 0 { 1 } else { u8::MAX / max };
+    let gain = u8::MAX.checked_div(max).unwrap_or(1);
     let difference: Vec<u8> = a.levels.iter().zip(&b.levels).map(|(a, b)| a.abs_diff(*b) * gain).collect();
     let [width, height] = a.size;
     let row = 3 * width as usize;
