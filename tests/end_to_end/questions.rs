@@ -10,7 +10,7 @@ use std::path::Path;
 
 /// Copies a log as another run would have written it: one bit of ring 1's position is flipped at a step, and all
 /// hashes are made anew.
-fn copy_with_a_flipped_bit(from: &Path, to: &Path, flipped_step: u64) {
+fn copy_with_a_flipped_bit(from: &Path, to: &Path, flipped_step: u64, bit: u8) {
     let log = Log::open(from).expect("a log");
     let mut writer =
         LogWriter::create(std::fs::File::create(to).expect("a file"), log.has_renderer()).expect("a log");
@@ -23,7 +23,7 @@ fn copy_with_a_flipped_bit(from: &Path, to: &Path, flipped_step: u64) {
             Kind::State => {
                 if state::decode_header(bytes).expect("a state").step == flipped_step {
                     // Header, count, ring 0; the lowest byte of x.
-                    bytes[56 + 8 + 104] ^= 1;
+                    bytes[56 + 8 + 104] ^= 1 << bit;
                 }
                 state_hash = state::hash_of(bytes);
                 bytes[24..56].copy_from_slice(&state_hash.0);
@@ -52,9 +52,9 @@ fn diff_explains_which_log_this_program_agrees_with() {
     let place = Place::new();
     place.expect(0, &["run", "tiny.toml", "--out", "run", "--no-render"]);
     let run = place.path("run/log.mcap");
-    copy_with_a_flipped_bit(&run, &place.path("at30.mcap"), 30);
-    copy_with_a_flipped_bit(&run, &place.path("at40.mcap"), 40);
-    copy_with_a_flipped_bit(&run, &place.path("at0.mcap"), 0);
+    copy_with_a_flipped_bit(&run, &place.path("at30.mcap"), 30, 0);
+    copy_with_a_flipped_bit(&run, &place.path("at40.mcap"), 40, 0);
+    copy_with_a_flipped_bit(&run, &place.path("at0.mcap"), 0, 0);
     for (a, b, code, words) in [
         (
             "run/log.mcap",
@@ -77,9 +77,13 @@ fn diff_explains_which_log_this_program_agrees_with() {
         }
     }
     // Both logs are of other runs than this program makes.
-    copy_with_a_flipped_bit(&place.path("at30.mcap"), &place.path("both.mcap"), 31);
-    let text = place.expect(1, &["diff", "at30.mcap", "both.mcap", "--explain"]);
-    assert!(text.contains("agrees with neither") && text.contains("different at step 31"), "{text}");
+    copy_with_a_flipped_bit(&run, &place.path("other30.mcap"), 30, 5);
+    let text = place.expect(1, &["diff", "at30.mcap", "other30.mcap", "--explain"]);
+    for word in
+        ["agrees with neither", "A        different at step 30", "B        different at step 30", "32 ULP"]
+    {
+        assert!(text.contains(word), "nothing of '{word}':\n{text}");
+    }
     // Each by its own scene.
     let drag = ["--set", "forces.linear_drag_kg_per_s=1e-12"];
     place.expect(0, &[&["run", "tiny.toml", "--out", "drag", "--no-render"][..], &drag].concat());
@@ -113,7 +117,7 @@ fn states_that_were_skipped_are_simulated_to_explain_a_step() {
 fn verify_names_step_stage_ring_and_field() {
     let place = Place::new();
     place.expect(0, &["run", "tiny.toml", "--out", "run", "--no-render"]);
-    copy_with_a_flipped_bit(&place.path("run/log.mcap"), &place.path("other.mcap"), 30);
+    copy_with_a_flipped_bit(&place.path("run/log.mcap"), &place.path("other.mcap"), 30, 0);
     let text = place.expect(1, &["verify", "other.mcap", "--threads", "2"]);
     for word in
         ["step 30, stage state", "ring 1, position_m.x", "1 ULP apart", "30 steps before it are identical"]
