@@ -4,6 +4,7 @@
 //! it back.
 
 pub mod csv;
+mod descriptor;
 pub mod messages;
 mod viewer;
 

@@ -10,10 +10,11 @@
 //! | `/metrics` | JSON: energies, contacts, penetration | each step |
 //! | `/log` | `foxglove.Log`: how the run ended | once, last |
 
+use super::descriptor::descriptor;
 use super::messages::{
     CameraCalibration, Color, CylinderPrimitive, FrameTransform, FrameTransforms, LINE_LOOP, LinePrimitive,
     Log as LogLine, Point3, Pose, PosesInFrame, Quaternion, SceneEntity, SceneUpdate, SizedPrimitive,
-    Vector3, descriptor,
+    Vector3,
 };
 use super::{ExportError, States};
 use crate::message::Kind;
