@@ -2,6 +2,8 @@
 //!
 //! It knows no physics, no light and no bus protocol: everything is done by the libraries it calls.
 
+mod again;
+mod explain;
 mod failure;
 mod log_file;
 #[cfg(feature = "movie")]
@@ -15,6 +17,7 @@ mod supervise;
 mod terminal;
 
 mod diff;
+mod export;
 mod info;
 mod plan;
 mod record;
@@ -92,6 +95,8 @@ enum Verb {
     Recover(recover::Arguments),
     /// Find the first difference of two logs
     Diff(diff::Arguments),
+    /// Write what a log holds for other programs: tables, pictures, a movie, a file for viewers
+    Export(export::Arguments),
     /// Say what is in a log
     Info(info::Arguments),
     /// Say what a scene needs, and what is left out
@@ -117,6 +122,7 @@ fn main() -> ExitCode {
         Verb::Resume(arguments) => resume::run(&arguments),
         Verb::Recover(arguments) => recover::run(&arguments),
         Verb::Diff(arguments) => diff::run(&arguments),
+        Verb::Export(arguments) => export::run(&arguments),
         Verb::Info(arguments) => info::run(&arguments),
         Verb::Plan(arguments) => plan::run(&arguments),
     };

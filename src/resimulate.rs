@@ -2,11 +2,11 @@
 
 use crate::failure::Failure;
 use crate::{log_file, stop};
+use recorder::recover::Emit;
 use recorder::{Log, Remake};
 use schemas::Hash;
 use schemas::scene::{Scene, SceneRecord};
 use schemas::state::StateMessage;
-use schemas::step::StepRecord;
 use sim_node::{Model, Records, Scratch, State};
 
 /// The scene of a log and its model. Only this version's bits are its own.
@@ -60,7 +60,7 @@ impl Remake for Resimulator {
         state: StateMessage,
         chained_hash: Hash,
         last: u64,
-        emit: &mut dyn FnMut(&StepRecord, &[u8]) -> Result<(), String>,
+        emit: Emit<'_>,
     ) -> Result<(), String> {
         let version = env!("CARGO_PKG_VERSION");
         if scene.version != version {

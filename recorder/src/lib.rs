@@ -3,7 +3,7 @@
 //! - [`Sequencer`] brings the messages of three processes into that order;
 //! - [`LogWriter`] writes them, and checks what it writes;
 //! - [`Log`] reads them back, finished or not;
-//! - [`Summary`] says what is in a log, [`diff()`] where two logs part;
+//! - [`Summary`] says what is in a log, [`diff()`] where two logs part, [`export`] writes it for other programs;
 //! - [`recover()`] makes a whole log of what is left of a broken one;
 //! - [`node::record`] is the process: it alone knows the bus, the clock and the file that is written.
 //!
@@ -14,6 +14,7 @@ pub mod check;
 mod container;
 mod container_writer;
 pub mod diff;
+pub mod export;
 mod fault;
 mod index;
 pub mod message;

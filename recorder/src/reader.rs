@@ -334,13 +334,38 @@ impl Log {
     }
 
     fn message(&self, entry: usize) -> Result<Message<'_>, LogError> {
-        let chunk = self.index.entries[entry].chunk as usize;
-        // Relaxed: the flag only saves work; the bytes do not change.
-        if !self.checked[chunk].load(Ordering::Relaxed) {
-            self.index.check_chunk(&self.bytes, chunk).map_err(|damage| self.error(damage))?;
-            self.checked[chunk].store(true, Ordering::Relaxed);
-        }
+        self.check_chunk(self.index.entries[entry].chunk as usize)?;
         self.index.message(&self.bytes, entry).map_err(|damage| self.error(damage))
+    }
+
+    /// Compares a chunk's checksum, once.
+    pub(crate) fn check_chunk(&self, number: usize) -> Result<(), LogError> {
+        // Relaxed: the flag only saves work; the bytes do not change.
+        if !self.checked[number].load(Ordering::Relaxed) {
+            self.index.check_chunk(&self.bytes, number).map_err(|damage| self.error(damage))?;
+            self.checked[number].store(true, Ordering::Relaxed);
+        }
+        Ok(())
+    }
+
+    /// The number of the chunk in which a message lies, and how many bytes after the chunk's first record.
+    pub(crate) fn place(&self, kind: Kind, index: usize) -> Option<(usize, u64)> {
+        let entry = self.index.entries[*self.index.by_kind[kind.index()].get(index)?];
+        let chunk = entry.chunk as usize;
+        Some((chunk, entry.offset - self.index.chunks[chunk].start as u64))
+    }
+
+    /// The records of a chunk, and the checksum that its head gives for them; not compared.
+    pub(crate) fn chunk(&self, number: usize) -> (&[u8], u32) {
+        let chunk = self.index.chunks[number];
+        (&self.bytes[chunk.start..chunk.end], chunk.crc)
+    }
+
+    /// How many chunks have been read and found to be as they were written, and how many there are.
+    pub fn chunks_checked(&self) -> (usize, usize) {
+        // Relaxed: a count of what has been done so far.
+        let checked = self.checked.iter().filter(|checked| checked.load(Ordering::Relaxed)).count();
+        (checked, self.checked.len())
     }
 
     fn json<T: serde::de::DeserializeOwned>(&self, kind: Kind, index: usize) -> Result<T, LogError> {

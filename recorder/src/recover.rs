@@ -19,6 +19,9 @@ use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
+/// Takes the record and the state message of a step.
+pub type Emit<'a> = &'a mut dyn FnMut(&StepRecord, &[u8]) -> Result<(), String>;
+
 /// What simulates lost steps again.
 pub trait Remake {
     /// Simulates from a state to the step `last` and emits the record and the state message of each step on the way.
@@ -32,7 +35,7 @@ pub trait Remake {
         state: StateMessage,
         chained_hash: Hash,
         last: u64,
-        emit: &mut dyn FnMut(&StepRecord, &[u8]) -> Result<(), String>,
+        emit: Emit<'_>,
     ) -> Result<(), String>;
 }
 

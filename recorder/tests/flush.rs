@@ -68,9 +68,12 @@ fn the_bytes_are_those_of_the_mcap_crate() {
     assert!(write(&[], true) == by_the_library(&[], true), "without a message");
 }
 
-/// What was done to a file, in order: the offset (`None` for the end) and the bytes.
+/// One write: the offset (`None` for the end) and the bytes.
+type Writing = (Option<u64>, Vec<u8>);
+
+/// What was done to a file, in order.
 #[derive(Clone, Default)]
-struct Diary(Rc<RefCell<Vec<(Option<u64>, Vec<u8>)>>>);
+struct Diary(Rc<RefCell<Vec<Writing>>>);
 
 impl Write for Diary {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
@@ -91,7 +94,7 @@ impl Sink for Diary {
 }
 
 /// The file after the first `count` writes and `bytes` bytes of the next.
-fn file_after(diary: &[(Option<u64>, Vec<u8>)], count: usize, bytes: usize) -> Vec<u8> {
+fn file_after(diary: &[Writing], count: usize, bytes: usize) -> Vec<u8> {
     let mut file = Vec::new();
     let whole = diary[..count].iter().map(|(at, written)| (at, &written[..]));
     let part = diary.get(count).map(|(at, written)| (at, &written[..bytes.min(written.len())]));

@@ -2,7 +2,7 @@
 
 mod sample;
 
-use recorder::recover::{BytesError, recover_bytes};
+use recorder::recover::{BytesError, Emit, recover_bytes};
 use recorder::{Health, Kind, Log, Message, RecoverError, Recovery, Remake, recover};
 use sample::Run;
 use schemas::Hash;
@@ -26,7 +26,7 @@ impl Remake for Again {
         state: StateMessage,
         chained_hash: Hash,
         last: u64,
-        emit: &mut dyn FnMut(&StepRecord, &[u8]) -> Result<(), String>,
+        emit: Emit<'_>,
     ) -> Result<(), String> {
         assert_eq!(scene.scene, self.run.scene());
         let all = Run { state_every: 1, ..self.run }.messages();

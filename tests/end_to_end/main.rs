@@ -5,6 +5,7 @@ mod command;
 mod killed_anywhere;
 mod lost_process;
 mod main_job;
+mod questions;
 mod recovery;
 mod resumed;
 mod stopped_run;
