@@ -6,7 +6,7 @@ use crate::progress::{Meter, Progress};
 use crate::{log_file, stop};
 use recorder::Log;
 use render_node::node::with_environment_file;
-use render_node::{FeatureImages, Film, Job, RenderModel, exr_bytes, film_channels, png_bytes, render_while};
+use render_node::{FeatureImages, Film, Job, RenderModel, Stage, exr_bytes, film_channels, png_bytes, render_on};
 use schemas::scene::Scene;
 use schemas::state::BodyState;
 use std::fs;
@@ -44,10 +44,11 @@ pub fn render(wanted: &Wanted, folder: &Path) -> Result<(Made, Vec<Vec<u8>>), Fa
     let mut meter = Meter::for_this_process("renderer", "frames");
     let total = wanted.frames.end() - wanted.frames.start() + 1;
     let mut pictures = Vec::new();
+    let mut stage = Stage::default();
     for frame in wanted.frames.clone() {
         let bodies = state_of(wanted, frame)?;
         let job = Job { frame, seed: wanted.scene.seed, threads: wanted.threads };
-        let film = render_while(&model, &bodies, &job, &mut || !stop::requested())
+        let film = render_on(&mut stage, &model, &bodies, &job, &mut || !stop::requested())
             .map_err(|error| cannot(&format!("frame {frame}: {error}")))?;
         let Some(film) = film else {
             return Err(Failure::lost(format!("interrupted at frame {frame}; those before it are there")));

@@ -13,4 +13,5 @@ mod reference;
 mod sky;
 mod solids;
 mod staging;
+mod torus_lanes;
 mod warps;
