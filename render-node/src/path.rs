@@ -124,8 +124,9 @@ impl<'a> PathTracer<'a> {
         let vertex = match surface {
             Some((_, Surface::Scattering(vertex))) => vertex,
             emitting => {
-                let light = self.light_seen(ray, emitting, bsdf_pdf);
-                self.paths[number as usize].radiance += self.cut(throughput.component_mul(&light), bounce);
+                let light = throughput.component_mul(&self.light_seen(ray, emitting, bsdf_pdf));
+                let light = self.cut(light, bounce);
+                self.paths[number as usize].radiance += light;
                 return None;
             }
         };
