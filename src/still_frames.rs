@@ -6,7 +6,9 @@ use crate::progress::{Meter, Progress};
 use crate::{log_file, stop};
 use recorder::Log;
 use render_node::node::with_environment_file;
-use render_node::{FeatureImages, Film, Job, RenderModel, Stage, exr_bytes, film_channels, png_bytes, render_on};
+use render_node::{
+    FeatureImages, Film, Job, RenderModel, Stage, exr_bytes, film_channels, png_bytes, render_on,
+};
 use schemas::scene::Scene;
 use schemas::state::BodyState;
 use std::fs;

@@ -251,7 +251,10 @@ impl Worker<'_, '_> {
             if self.watch.given_up(self.tracer.rays) {
                 return None;
             }
-            if sample.is_multiple_of(NOISE_BATCH) && sample > NOISE_BATCH && self.model.render.noise_max.is_some() {
+            if sample.is_multiple_of(NOISE_BATCH)
+                && sample > NOISE_BATCH
+                && self.model.render.noise_max.is_some()
+            {
                 open.retain(|&place| !self.is_quiet(&tile.sums[place as usize]));
             }
             // The moments of an open shutter are worlds of their own.
@@ -280,15 +283,14 @@ impl Worker<'_, '_> {
         }));
         self.points.start(&self.pixels, samples.clone());
         self.tracer.paths.clear();
-        let mut number = 0;
-        for &pixel in open {
+        for (index, &pixel) in (0..).zip(open) {
             let (x_px, y_px) = place(pixel);
-            for _ in samples.clone() {
-                let (x, y) = filter_offset(&render.filter, self.points.pair(number, PIXEL_PAIR));
-                let lens = || self.points.pair(number, LENS_PAIR);
+            for k in 0..samples.end - samples.start {
+                let of = self.points.of(index, k);
+                let (x, y) = filter_offset(&render.filter, self.points.pair(of, PIXEL_PAIR));
+                let lens = || self.points.pair(of, LENS_PAIR);
                 let ray = camera.ray(f64::from(x_px) + 0.5 + x, f64::from(y_px) + 0.5 + y, lens);
-                self.tracer.begin(ray);
-                number += 1;
+                self.tracer.begin(ray, of);
             }
         }
         self.tracer.follow(&mut self.points);

@@ -52,6 +52,7 @@ mod path;
 mod picture;
 mod radiance_file;
 mod ray;
+mod rings;
 mod sampler;
 mod sieve;
 mod solids;

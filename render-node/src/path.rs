@@ -5,7 +5,7 @@ use crate::film::luminance;
 use crate::light::LightSample;
 use crate::model::{RenderModel, Shining};
 use crate::ray::{Ray, Vertex};
-use crate::sampler::Points;
+use crate::sampler::{Points, SampleOf};
 use crate::warp::Frame;
 use crate::world::{Hit, ShadowEnd, Surface, World};
 use geometry::Vec3;
@@ -49,6 +49,8 @@ pub(crate) struct Path {
     /// camera ray.
     pub radiance: Vec3,
     throughput: Vec3,
+    /// Whose random numbers it takes.
+    of: SampleOf,
     /// Density with which the surface chose the direction of the path's ray; none where no other could have been chosen.
     bsdf_pdf: Option<f64>,
 }
@@ -73,11 +75,11 @@ impl<'a> PathTracer<'a> {
 
     /// Begins a path with a camera ray; its number is how many were begun before.
     #[inline]
-    pub(crate) fn begin(&mut self, camera_ray: Ray) {
+    pub(crate) fn begin(&mut self, camera_ray: Ray, of: SampleOf) {
         self.going.push(self.paths.len() as u32);
         self.going_rays.push(camera_ray);
         let (radiance, throughput) = (Vec3::zeros(), Vec3::repeat(1.0));
-        self.paths.push(Path { radiance, throughput, bsdf_pdf: None });
+        self.paths.push(Path { radiance, throughput, of, bsdf_pdf: None });
     }
 
     /// Follows the paths that were begun to their ends.
@@ -116,10 +118,17 @@ impl<'a> PathTracer<'a> {
     /// What happens at a vertex of a path: where its ray meets a surface, or nothing. The ray on which it goes on, if it
     /// does.
     #[inline]
-    fn turn(&mut self, bounce: u32, number: u32, ray: &Ray, hit: Option<Hit>, points: &mut Points) -> Option<Ray> {
+    fn turn(
+        &mut self,
+        bounce: u32,
+        number: u32,
+        ray: &Ray,
+        hit: Option<Hit>,
+        points: &mut Points,
+    ) -> Option<Ray> {
         let settings = &self.model.render;
         let world = self.world;
-        let Path { throughput, bsdf_pdf, .. } = self.paths[number as usize];
+        let Path { throughput, of, bsdf_pdf, .. } = self.paths[number as usize];
         let surface = hit.map(|hit| (hit, world.surface(ray, &hit)));
         let vertex = match surface {
             Some((_, Surface::Scattering(vertex))) => vertex,
@@ -134,7 +143,7 @@ impl<'a> PathTracer<'a> {
         let wo = -frame.local(&ray.direction);
         let dimensions = PAIRS_OF_A_BOUNCE * bounce as usize;
         if self.model.features.lights && !vertex.bsdf.is_mirror() {
-            let square = points.pair(number, dimensions + LIGHT_PAIR);
+            let square = points.pair(of, dimensions + LIGHT_PAIR);
             if let Some((light, sample, target)) = self.light_asked(&vertex, &frame, &wo, square) {
                 self.shadow_rays.push(vertex.leave(sample.direction));
                 self.shadow_ends.push(ShadowEnd { distance: sample.distance, target });
@@ -142,7 +151,7 @@ impl<'a> PathTracer<'a> {
                 self.shadow_light.push((number, light));
             }
         }
-        let sample = vertex.bsdf.sample(&wo, points.pair(number, dimensions + BSDF_PAIR))?;
+        let sample = vertex.bsdf.sample(&wo, points.pair(of, dimensions + BSDF_PAIR))?;
         let mut throughput = throughput.component_mul(&sample.weight);
         if throughput == Vec3::zeros() {
             return None;
@@ -150,7 +159,7 @@ impl<'a> PathTracer<'a> {
         if bounce >= settings.roulette_after {
             let most = if settings.bounces_max == UNLIMITED { 1.0 - END_LEAST } else { 1.0 };
             let share = at_most(throughput.max(), most);
-            if points.pair(number, dimensions + ROULETTE_PAIR).0 >= share {
+            if points.pair(of, dimensions + ROULETTE_PAIR).0 >= share {
                 return None;
             }
             throughput /= share;

@@ -9,8 +9,8 @@
 //! uniform. `independent`: two ChaCha8 numbers for each sample and pair. Both are made by the crate `random`, which names
 //! their sources.
 
-use random::{Scrambled, Stream, unit};
 use core::ops::Range;
+use random::{Scrambled, Stream, unit};
 use schemas::scene::render;
 
 /// Separates these random numbers from those that other parts draw from the same seed.
@@ -40,8 +40,17 @@ impl Sampler {
 
     /// A point in the open unit square: the current sample's values of a pair of dimensions.
     pub fn pair(&mut self, pair: usize) -> (f64, f64) {
-        self.points.pair(0, pair)
+        self.points.pair(self.points.of(0, 0), pair)
     }
+}
+
+/// A sample of one of the pixels that [`Points`] is at.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SampleOf {
+    /// Which of the pixels.
+    place: u32,
+    /// Number of the sample within the pixel.
+    sample: u32,
 }
 
 /// The random numbers of some samples of many pixels.
@@ -78,8 +87,7 @@ impl Points {
         }
     }
 
-    /// Goes to some samples of some pixels: sample k of pixel p of these has the number `p n + k` among all, with n samples
-    /// of each.
+    /// Goes to some samples of some pixels.
     pub(crate) fn start(&mut self, pixels: &[u64], samples: Range<u32>) {
         (self.first_sample, self.samples) = (samples.start, samples.end - samples.start);
         match self.kind {
@@ -98,20 +106,26 @@ impl Points {
         self.pixels.extend_from_slice(pixels);
     }
 
-    /// A point in the open unit square: the values of a pair of dimensions, for the sample with this number.
+    /// Sample k of pixel p of those that this is at.
     #[inline(always)]
-    pub(crate) fn pair(&mut self, number: u32, pair: usize) -> (f64, f64) {
-        let (place, sample) = (number / self.samples, self.first_sample + number % self.samples);
-        match self.sets.get(place as usize).and_then(|sets| sets.get(pair)) {
-            Some(set) => set.point(sample),
-            None => self.first_pair(number, pair),
+    pub(crate) fn of(&self, place: u32, k: u32) -> SampleOf {
+        SampleOf { place, sample: self.first_sample + k }
+    }
+
+    /// A point in the open unit square: a sample's values of a pair of dimensions.
+    #[inline(always)]
+    pub(crate) fn pair(&mut self, of: SampleOf, pair: usize) -> (f64, f64) {
+        match self.sets.get(of.place as usize).and_then(|sets| sets.get(pair)) {
+            Some(set) => set.point(of.sample),
+            None => self.first_pair(of, pair),
         }
     }
 
     /// The same where the pair's point set is not there yet, or is not what is asked for.
     #[inline(never)]
-    fn first_pair(&mut self, number: u32, pair: usize) -> (f64, f64) {
-        let (place, sample) = ((number / self.samples) as usize, self.first_sample + number % self.samples);
+    fn first_pair(&mut self, SampleOf { place, sample }: SampleOf, pair: usize) -> (f64, f64) {
+        let number = place * self.samples + (sample - self.first_sample);
+        let place = place as usize;
         let pixel = self.pixels[place];
         // Words are drawn in the order of pairs, whichever is asked for first.
         match self.kind {

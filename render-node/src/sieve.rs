@@ -5,9 +5,9 @@
 //! rounding, so no body that is met falls through. Machines differ in what comes out of a comparison with NaN, so a NaN
 //! means "do not know": a body is left out where a comparison says so, never where none does.
 
+use fearless_simd::f32x8;
 use geometry::Vec3;
 use geometry::lanes::{Simd, SimdBase, SimdFloat, SimdMask};
-use fearless_simd::f32x8;
 
 /// Bodies in a sieve: as many `f32` as the registers of most x86-64 hold.
 pub(crate) const WIDTH: usize = 8;
@@ -133,9 +133,8 @@ impl Sieve {
         let axial_start = q_squared + start * start - z_start * z_start;
         let axial_end = q_squared + end * end - z_end * z_end;
         let farthest = or_larger(axial_start, axial_end);
-        let missed = start.simd_gt(end)
-            | row(&self.hole_squared).simd_gt(farthest)
-            | all(0.0).simd_gt(within_ball);
+        let missed =
+            start.simd_gt(end) | row(&self.hole_squared).simd_gt(farthest) | all(0.0).simd_gt(within_ball);
         !missed.to_bitmask() as u32 & ((1 << WIDTH) - 1)
     }
 }

@@ -61,14 +61,7 @@ impl RaysAndTori {
     /// Fills a lane: `from_centre` leads from the torus' centre to the ray's origin; `direction` of the ray and `axis` of
     /// the torus are unit vectors; `radii` are R and r, with `0 < r <= R`. Any frame, lengths in metres.
     #[inline(always)]
-    pub fn put(
-        &mut self,
-        lane: usize,
-        from_centre: &Vec3,
-        direction: &Vec3,
-        axis: &Vec3,
-        radii: [f64; 2],
-    ) {
+    pub fn put(&mut self, lane: usize, from_centre: &Vec3, direction: &Vec3, axis: &Vec3, radii: [f64; 2]) {
         let numbers = [
             from_centre.x,
             from_centre.y,
@@ -116,7 +109,8 @@ impl RaysAndTori {
     #[cold]
     #[inline(never)]
     fn one_by_one(&self, lane: usize, t_min: f64) -> f64 {
-        let vector = |row: usize| Vec3::new(self.rows[row][lane], self.rows[row + 1][lane], self.rows[row + 2][lane]);
+        let vector =
+            |row: usize| Vec3::new(self.rows[row][lane], self.rows[row + 1][lane], self.rows[row + 2][lane]);
         let (origin, direction, z) = (vector(0), vector(3), vector(6));
         // Any two axes that are perpendicular to the third.
         let least = if z.x * z.x < 0.5 { Vec3::x() } else { Vec3::y() };
@@ -164,7 +158,8 @@ fn vectors<S: Simd>(simd: S, rows: &[[f64; LANES]; ROWS], row: usize) -> Vectors
 impl<S: Simd> Clipped<S> {
     #[inline(always)]
     fn new(simd: S, rows: &[[f64; LANES]; ROWS], t_min: f64) -> Option<Clipped<S>> {
-        let (origin, direction, axis) = (vectors(simd, rows, 0), vectors(simd, rows, 3), vectors(simd, rows, 6));
+        let (origin, direction, axis) =
+            (vectors(simd, rows, 0), vectors(simd, rows, 3), vectors(simd, rows, 6));
         let (major, minor) = (load(simd, rows, 9), load(simd, rows, 10));
         let zero = Lanes::splat(simd, 0.0);
         let outer = (major + minor) * (1.0 + MARGIN);
@@ -193,8 +188,8 @@ impl<S: Simd> Clipped<S> {
         let hole = larger((major - minor) * (1.0 - MARGIN), zero);
         let (ends_squared, twice) = (hole * hole, linear + linear);
         let (x_start, x_end) = (squared + start * (twice + start), squared + end * (twice + end));
-        let in_hole =
-            (x_start - z_start * z_start).simd_lt(ends_squared) & (x_end - z_end * z_end).simd_lt(ends_squared);
+        let in_hole = (x_start - z_start * z_start).simd_lt(ends_squared)
+            & (x_end - z_end * z_end).simd_lt(ends_squared);
         let left = (left & !in_hole).to_bitmask();
         if left == 0 {
             return None;
@@ -232,7 +227,8 @@ impl<S: Simd> Clipped<S> {
         if (isolated | several | irregular) == 0 {
             return (nan, 0);
         }
-        let mut part = Part { quartic: self.quartic, start: Lanes::splat(simd, 0.0), width: Lanes::splat(simd, 1.0) };
+        let mut part =
+            Part { quartic: self.quartic, start: Lanes::splat(simd, 0.0), width: Lanes::splat(simd, 1.0) };
         for count in 0..CUTS_MAX {
             if several == 0 {
                 break;
@@ -287,7 +283,8 @@ impl<S: Simd> Clipped<S> {
             let inside = newton.simd_ge(low) & newton.simd_le(high);
             let next = inside.select(newton, 0.5 * (low + high));
             let step = (next - u).abs();
-            let settled = step.simd_le(step_max) & (step * step * step).simd_le(error_max * (before * before));
+            let settled =
+                step.simd_le(step_max) & (step * step * step).simd_le(error_max * (before * before));
             let done = settled | value.abs().simd_le(noise);
             u = running.select(next, u);
             before = step;
@@ -451,11 +448,8 @@ impl<S: Simd> Part<S> {
         let (abc, bcd, cde) = (rest * ab + x * bc, rest * bc + x * cd, rest * cd + x * de);
         let (abcd, bcde) = (rest * abc + x * bcd, rest * bcd + x * cde);
         let middle = rest * abcd + x * bcde;
-        let left = Part {
-            quartic: Quartic([a, ab, abc, abcd, middle]),
-            start: self.start,
-            width: self.width * x,
-        };
+        let left =
+            Part { quartic: Quartic([a, ab, abc, abcd, middle]), start: self.start, width: self.width * x };
         let right = Part {
             quartic: Quartic([middle, bcde, cde, de, e]),
             start: self.start + left.width,

@@ -44,7 +44,8 @@ struct Part {
 
 /// Nodes and leaves over boxes, without the leaves' sieves.
 pub(super) fn build(boxes: &[Box32]) -> (Vec<Node>, Vec<Leaf>) {
-    let mut builder = Builder { items: Vec::with_capacity(boxes.len()), nodes: Vec::new(), leaves: Vec::new() };
+    let mut builder =
+        Builder { items: Vec::with_capacity(boxes.len()), nodes: Vec::new(), leaves: Vec::new() };
     let mut whole = Part { first: 0, count: boxes.len(), bounds: EMPTY, middles: EMPTY };
     for (body, bounds) in (0..).zip(boxes.iter()) {
         let item = Item { bounds: *bounds, body };

@@ -51,7 +51,8 @@ impl Reach {
     /// The nearest hit is asked for, and this one is known.
     #[inline]
     pub(crate) fn closest(known: Option<Hit>) -> Reach {
-        let (distance, surface) = known.map_or((f64::INFINITY, Reach::NOTHING), |hit| (hit.distance, hit.surface));
+        let (distance, surface) =
+            known.map_or((f64::INFINITY, Reach::NOTHING), |hit| (hit.distance, hit.surface));
         Reach { distance, surface, entry: 0.0 }
     }
 
@@ -234,8 +235,12 @@ impl Tracer {
                 continue;
             }
             let start = dealt[child * count].start;
-            let visit =
-                Visit { child: node.children[child], first: top + child * count, count: counts[child], top: end };
+            let visit = Visit {
+                child: node.children[child],
+                first: top + child * count,
+                count: counts[child],
+                top: end,
+            };
             self.visits.push(visit);
             let mut place = self.visits.len() - 1;
             while place > base && dealt[self.visits[place - 1].first - top].start < start {

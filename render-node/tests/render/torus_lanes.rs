@@ -13,7 +13,16 @@ struct Case {
 }
 
 const CLASSES: [&str; 11] = [
-    "hits", "mixed", "grazing", "in plane", "axis", "thin 1e-3", "thin 1e-4", "far 1e3", "far 1e6", "surface 1e-6",
+    "hits",
+    "mixed",
+    "grazing",
+    "in plane",
+    "axis",
+    "thin 1e-3",
+    "thin 1e-4",
+    "far 1e3",
+    "far 1e6",
+    "surface 1e-6",
     "surface 1e-9",
 ];
 
@@ -116,7 +125,9 @@ fn every_instruction_set_gives_the_scalar_solvers_hits_with_the_same_bits() {
                 worst = if error > worst { error } else { worst };
             }
         }
-        println!("{name}: {hits} of {rays} rays hit, {other} with another answer, largest error {worst:.2} of what is allowed");
+        println!(
+            "{name}: {hits} of {rays} rays hit, {other} with another answer, largest error {worst:.2} of what is allowed"
+        );
         assert!(hits > 0 || name.starts_with("surface"));
         // A ray that grazes by less than rounding has no right answer.
         assert!(other <= if *name == "grazing" { 4 } else { 0 }, "{name}: {other}");
