@@ -90,9 +90,8 @@ impl RaysAndTori {
         hits
     }
 
-    /// The same within code that is compiled for an instruction set already.
     #[inline(always)]
-    pub fn first_hits_with<S: Simd>(&self, simd: S, t_min: f64, hits: &mut [f64; LANES]) {
+    fn first_hits_with<S: Simd>(&self, simd: S, t_min: f64, hits: &mut [f64; LANES]) {
         let none = Lanes::splat(simd, f64::NAN);
         let (found, mut irregular) = match Clipped::new(simd, &self.rows, t_min) {
             None => (none, 0),
@@ -384,9 +383,9 @@ impl<S: Simd> Quartic<S> {
     fn signs(&self) -> Signs {
         let zero = Lanes::splat(self.0[0].simd(), 0.0);
         let (mut negative, mut plain) = ([0; 5], u32::MAX);
-        for i in 0..5 {
-            negative[i] = self.0[i].simd_lt(zero).to_bitmask();
-            plain &= negative[i] | self.0[i].simd_gt(zero).to_bitmask();
+        for (bits, coefficient) in negative.iter_mut().zip(&self.0) {
+            *bits = coefficient.simd_lt(zero).to_bitmask();
+            plain &= *bits | coefficient.simd_gt(zero).to_bitmask();
         }
         let (mut any, mut several) = (0, 0);
         for i in 0..4 {

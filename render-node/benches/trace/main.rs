@@ -58,7 +58,7 @@ impl Sheet {
             _ => {
                 let rows = (1..=count)
                     .take_while(|rows| rows * rows <= count)
-                    .filter(|rows| count % rows == 0)
+                    .filter(|&rows| count.is_multiple_of(rows))
                     .last();
                 let rows = rows.unwrap_or(1);
                 (rows, count / rows)
