@@ -114,7 +114,7 @@ fn every_instruction_set_gives_the_scalar_solvers_hits_with_the_same_bits() {
                 let expected = torus::ray_torus(origin, direction, *major, *minor, *start);
                 hits += usize::from(expected.is_some());
                 let Some(expected) = expected.filter(|_| !t.is_nan()) else {
-                    other += usize::from(expected.is_some() != !t.is_nan());
+                    other += usize::from(expected.is_some() == t.is_nan());
                     continue;
                 };
                 // Both stop where the surface's value is rounding, 2^-50 r R in the lanes; the ray turns that into a distance
