@@ -84,6 +84,7 @@ pub fn verify(log: &Log, threads: NonZeroUsize) -> Result<Frames, Failure> {
     let (model, environment_hash) = with_environment_file(model).map_err(|error| cannot(&error))?;
     let total = log.count(Kind::FrameInfo);
     let mut meter = Meter::for_this_process("renderer", "frames");
+    let mut stage = Stage::default();
     for index in 0..total {
         let info = log.frame_info(index).map_err(log_file::failure)?;
         if info.environment_hash != environment_hash {
@@ -95,7 +96,7 @@ pub fn verify(log: &Log, threads: NonZeroUsize) -> Result<Frames, Failure> {
         let wanted = Wanted { log, scene: &scene, frames: info.frame..=info.frame, exr: false, threads };
         let bodies = state_of(&wanted, info.frame)?;
         let job = Job { frame: info.frame, seed: scene.seed, threads };
-        let film = render_while(&model, &bodies, &job, &mut || !stop::requested())
+        let film = render_on(&mut stage, &model, &bodies, &job, &mut || !stop::requested())
             .map_err(|error| cannot(&format!("frame {index}: {error}")))?;
         let Some(film) = film else {
             return Err(Failure::lost(format!(
