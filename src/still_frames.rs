@@ -3,8 +3,9 @@
 use crate::failure::Failure;
 use crate::pictures::{InTheMaking, Made, remove_earlier};
 use crate::progress::{Meter, Progress};
+use crate::verify::{FrameDifference, Frames};
 use crate::{log_file, stop};
-use recorder::Log;
+use recorder::{Kind, Log};
 use render_node::node::with_environment_file;
 use render_node::{FeatureImages, Film, Job, RenderModel, exr_bytes, film_channels, png_bytes, render_while};
 use schemas::scene::Scene;
@@ -70,6 +71,44 @@ pub fn render(wanted: &Wanted, folder: &Path) -> Result<(Made, Vec<Vec<u8>>), Fa
     }
     meter.finish();
     Ok((Made { frames: Some(frames), movie: movie.finish() }, pictures))
+}
+
+/// Renders the frames of a log again, up to the first whose film has another hash than the log says.
+pub fn verify(log: &Log, threads: NonZeroUsize) -> Result<Frames, Failure> {
+    let scene = log.scene().map_err(log_file::failure)?.scene;
+    let cannot = |error: &dyn std::fmt::Display| Failure::input(error);
+    let (model, _) = RenderModel::try_compile(&scene).map_err(|error| cannot(&error))?;
+    let (model, environment_hash) = with_environment_file(model).map_err(|error| cannot(&error))?;
+    let total = log.count(Kind::FrameInfo);
+    let mut meter = Meter::for_this_process("renderer", "frames");
+    for index in 0..total {
+        let info = log.frame_info(index).map_err(log_file::failure)?;
+        if info.environment_hash != environment_hash {
+            return Err(Failure::input(format!(
+                "{}: frame {index} was rendered with another file of render.environment than the one that is there now",
+                log.file()
+            )));
+        }
+        let wanted = Wanted { log, scene: &scene, frames: info.frame..=info.frame, exr: false, threads };
+        let bodies = state_of(&wanted, info.frame)?;
+        let job = Job { frame: info.frame, seed: scene.seed, threads };
+        let film = render_while(&model, &bodies, &job, &mut || !stop::requested())
+            .map_err(|error| cannot(&format!("frame {index}: {error}")))?;
+        let Some(film) = film else {
+            return Err(Failure::lost(format!(
+                "interrupted at frame {index}; those before it are identical"
+            )));
+        };
+        let rendered = film.hash();
+        if rendered != info.film_hash {
+            let (logged, rendered) = (info.film_hash.to_string(), rendered.to_string());
+            let difference = FrameDifference { frame: info.frame, logged, rendered };
+            return Ok(Frames { identical: index, first_difference: Some(difference) });
+        }
+        meter.show(Progress { done: index as u64 + 1, total: total as u64 });
+    }
+    meter.finish();
+    Ok(Frames { identical: total, first_difference: None })
 }
 
 /// The bodies of a frame.

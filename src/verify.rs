@@ -1,25 +1,31 @@
-//! `verify`: simulate a log's scene again, on this machine, and compare every step.
+//! `verify`: simulate a log's scene again, on this machine, and compare every step; and every picture, if asked to.
 
+use crate::again::{Again, Difference};
 use crate::failure::{Exit, Failure, Outcome};
 use crate::progress::{Meter, Progress};
 use crate::terminal::{print, print_json};
 use crate::{log_file, stop};
 use clap::Args;
 use recorder::Log;
-use schemas::step::StepRecord;
 use serde::Serialize;
-use sim_node::{Model, Records, Scratch, State};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 #[derive(Args)]
-#[command(after_help = "Example:\n  chainmail verify out/drop/log.mcap --threads 1")]
+#[command(
+    after_help = "Example:\n  chainmail verify out/drop/log.mcap --threads 1\n\nExit codes: 0 identical, 1 different, \
+                        2 bad input, 3 damaged."
+)]
 pub struct Arguments {
     /// The log
     log: PathBuf,
     /// Threads to simulate with; the result must not depend on them [default: all]
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
+    /// Render the frames again, too, and compare the hashes of their films
+    #[cfg(feature = "render")]
+    #[arg(long)]
+    frames: bool,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -33,14 +39,28 @@ struct Report {
     states_compared: u64,
     final_chained_hash: String,
     first_difference: Option<Difference>,
+    /// `None` if pictures were not asked for.
+    frames: Option<Frames>,
 }
 
+/// What became of the pictures.
 #[derive(Serialize)]
-struct Difference {
-    step: u64,
-    stage: &'static str,
-    logged: String,
-    simulated: String,
+pub struct Frames {
+    /// Frames whose films have the same hash.
+    pub identical: usize,
+    /// The first whose film has another one.
+    pub first_difference: Option<FrameDifference>,
+}
+
+/// A frame that is another one on this machine.
+#[derive(Serialize)]
+pub struct FrameDifference {
+    /// Its number, from 0.
+    pub frame: u64,
+    /// The film's hash in the log.
+    pub logged: String,
+    /// The hash of the film rendered now.
+    pub rendered: String,
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
@@ -48,7 +68,13 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let log = log_file::open(&arguments.log)?;
     log.require_same_version().map_err(log_file::failure)?;
     let threads = arguments.threads.unwrap_or_else(crate::default_threads);
-    let report = compare(&log, threads.get())?;
+    let mut report = compare(&log, threads.get())?;
+    #[cfg(feature = "render")]
+    if arguments.frames && report.identical {
+        let frames = crate::still_frames::verify(&log, threads)?;
+        report.identical = frames.first_difference.is_none();
+        report.frames = Some(frames);
+    }
     if arguments.json {
         print_json(&report)?;
     } else {
@@ -59,88 +85,64 @@ pub fn run(arguments: &Arguments) -> Outcome {
 }
 
 fn compare(log: &Log, threads: usize) -> Result<Report, Failure> {
-    let scene = log.scene().map_err(log_file::failure)?.scene;
-    let (model, _) =
-        Model::compile(&scene).map_err(|error| Failure::lost(format!("{}: {error}", log.file())))?;
-    let mut state = State::initial(&model);
-    let mut scratch = Scratch::new(&model, threads);
-    let mut records = Records::after(schemas::Hash::default());
+    let mut again = Again::from_start(log, threads)?;
     let mut meter = Meter::for_this_process("verify", "steps");
-    let total = log.steps().len() as u64;
-    let mut states_compared = 0;
-    sim_node::evaluate(&model, &state, &mut scratch);
-    for (step, logged) in log.steps().enumerate() {
-        let step = step as u64;
-        let logged = logged.map_err(log_file::failure)?;
+    let total = log.count(recorder::Kind::Step) as u64;
+    let mut report = Report {
+        identical: true,
+        steps_compared: 0,
+        states_compared: 0,
+        final_chained_hash: String::new(),
+        first_difference: None,
+        frames: None,
+    };
+    for step in 0..total {
         if stop::requested() {
             return Err(Failure::lost(format!(
                 "interrupted after {step} of {total} steps, all of them identical"
             )));
         }
-        if step > 0
-            && let Err(stopped) = sim_node::step(&model, &mut state, &mut scratch)
-        {
-            let difference = Difference {
-                step,
-                stage: "run",
-                logged: "goes on".to_owned(),
-                simulated: stopped.to_string(),
-            };
-            return Ok(report(step, states_compared, &records, Some(difference)));
+        report.first_difference = match again.advance() {
+            Err(reason) => Some(Difference::stopped(step, &reason)),
+            Ok(simulated) => {
+                let (difference, is_kept) = again.compare(log, &simulated)?;
+                report.states_compared += u64::from(is_kept);
+                difference
+            }
+        };
+        if report.first_difference.is_some() {
+            report.identical = false;
+            break;
         }
-        let simulated = records.record(&model, &state, &scratch);
-        let kept = log.state_message(step).map_err(log_file::failure)?;
-        states_compared += u64::from(kept.is_some());
-        let same_bytes = kept.is_none_or(|message| *message.bytes == *records.state_message());
-        if logged != simulated || !same_bytes {
-            return Ok(report(step, states_compared, &records, Some(first_difference(&logged, &simulated))));
-        }
+        report.steps_compared += 1;
         meter.show(Progress { done: step + 1, total });
     }
-    meter.finish();
-    Ok(report(total, states_compared, &records, None))
-}
-
-fn report(steps_compared: u64, states_compared: u64, records: &Records, first: Option<Difference>) -> Report {
-    Report {
-        identical: first.is_none(),
-        steps_compared,
-        states_compared,
-        final_chained_hash: records.chained_hash().to_string(),
-        first_difference: first,
+    if report.identical {
+        meter.finish();
     }
-}
-
-fn first_difference(logged: &StepRecord, simulated: &StepRecord) -> Difference {
-    let stages = logged.stages.in_order().into_iter().zip(simulated.stages.in_order());
-    let parted = stages.into_iter().find(|((_, a), (_, b))| a != b);
-    let step = logged.step;
-    let (stage, logged, simulated) = match parted {
-        Some(((stage, logged), (_, simulated))) => (stage, logged.to_owned(), simulated.to_owned()),
-        // All hashes agree: then it is a count, an energy or an audit of the record itself.
-        None => ("record", format!("{logged:?}"), format!("{simulated:?}")),
-    };
-    Difference { step, stage, logged, simulated }
+    report.final_chained_hash = again.chained_hash().to_string();
+    Ok(report)
 }
 
 impl std::fmt::Display for Report {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match &self.first_difference {
-            None => write!(
-                f,
-                "identical: {} step records and {} states\nfinal hash {}",
-                self.steps_compared, self.states_compared, self.final_chained_hash
-            ),
-            Some(difference) => write!(
-                f,
-                "different at step {}, stage {}:\n  the log has       {}\n  this machine has  {}\n{} steps before it are \
-                 identical",
-                difference.step,
-                difference.stage,
-                difference.logged,
-                difference.simulated,
-                self.steps_compared
-            ),
+        if let Some(difference) = &self.first_difference {
+            return write!(f, "{difference}\n{} steps before it are identical", self.steps_compared);
         }
+        let same = if self.identical { "identical" } else { "the steps are identical" };
+        write!(f, "{same}: {} step records and {} states", self.steps_compared, self.states_compared)?;
+        match &self.frames {
+            None => {}
+            Some(Frames { identical, first_difference: None }) => write!(f, ", {identical} frames")?,
+            Some(Frames {
+                identical,
+                first_difference: Some(FrameDifference { frame, logged, rendered }),
+            }) => write!(
+                f,
+                "\ndifferent at frame {frame}, its film:\n  the log has       {logged}\n  this machine has  {rendered}\n\
+                 {identical} frames before it are identical"
+            )?,
+        }
+        write!(f, "\nfinal hash {}", self.final_chained_hash)
     }
 }

@@ -180,6 +180,27 @@ impl Log {
         state.map(Some).map_err(|error| self.record_error(Kind::State, index, error))
     }
 
+    /// The last state that the log keeps up to a step, hash checked; `None` without one.
+    ///
+    /// # Errors
+    ///
+    /// [`LogError`] if states cannot be read.
+    pub fn state_at_or_before(&self, step: u64) -> Result<Option<StateMessage>, LogError> {
+        let (mut low, mut high) = (0, self.count(Kind::State));
+        while low < high {
+            let middle = low + (high - low) / 2;
+            if self.state_step(middle)? <= step {
+                low = middle + 1;
+            } else {
+                high = middle;
+            }
+        }
+        let Some(index) = low.checked_sub(1) else { return Ok(None) };
+        let message = self.nth(Kind::State, index)?;
+        let state = state::decode(&message.bytes);
+        state.map(Some).map_err(|error| self.record_error(Kind::State, index, error))
+    }
+
     /// The message of the state after a step, as it was on the bus; `None` if the log keeps none of that step.
     ///
     /// # Errors
@@ -313,13 +334,38 @@ impl Log {
     }
 
     fn message(&self, entry: usize) -> Result<Message<'_>, LogError> {
-        let chunk = self.index.entries[entry].chunk as usize;
-        // Relaxed: the flag only saves work; the bytes do not change.
-        if !self.checked[chunk].load(Ordering::Relaxed) {
-            self.index.check_chunk(&self.bytes, chunk).map_err(|damage| self.error(damage))?;
-            self.checked[chunk].store(true, Ordering::Relaxed);
-        }
+        self.check_chunk(self.index.entries[entry].chunk as usize)?;
         self.index.message(&self.bytes, entry).map_err(|damage| self.error(damage))
+    }
+
+    /// Compares a chunk's checksum, once.
+    pub(crate) fn check_chunk(&self, number: usize) -> Result<(), LogError> {
+        // Relaxed: the flag only saves work; the bytes do not change.
+        if !self.checked[number].load(Ordering::Relaxed) {
+            self.index.check_chunk(&self.bytes, number).map_err(|damage| self.error(damage))?;
+            self.checked[number].store(true, Ordering::Relaxed);
+        }
+        Ok(())
+    }
+
+    /// The number of the chunk in which a message lies, and how many bytes after the chunk's first record.
+    pub(crate) fn place(&self, kind: Kind, index: usize) -> Option<(usize, u64)> {
+        let entry = self.index.entries[*self.index.by_kind[kind.index()].get(index)?];
+        let chunk = entry.chunk as usize;
+        Some((chunk, entry.offset - self.index.chunks[chunk].start as u64))
+    }
+
+    /// The records of a chunk, and the checksum that its head gives for them; not compared.
+    pub(crate) fn chunk(&self, number: usize) -> (&[u8], u32) {
+        let chunk = self.index.chunks[number];
+        (&self.bytes[chunk.start..chunk.end], chunk.crc)
+    }
+
+    /// How many chunks have been read and found to be as they were written, and how many there are.
+    pub fn chunks_checked(&self) -> (usize, usize) {
+        // Relaxed: a count of what has been done so far.
+        let checked = self.checked.iter().filter(|checked| checked.load(Ordering::Relaxed)).count();
+        (checked, self.checked.len())
     }
 
     fn json<T: serde::de::DeserializeOwned>(&self, kind: Kind, index: usize) -> Result<T, LogError> {
@@ -343,7 +389,7 @@ impl Log {
     unsafe_code,
     reason = "a mapping is only sound while nobody cuts the file short, which its doc says"
 )]
-fn map(path: &Path) -> std::io::Result<memmap2::Mmap> {
+pub(crate) fn map(path: &Path) -> std::io::Result<memmap2::Mmap> {
     let file = File::open(path)?;
     if file.metadata()?.is_dir() {
         return Err(std::io::Error::other("a folder; give the log file in it"));

@@ -6,16 +6,13 @@ use proptest::prelude::*;
 use prost::Message as _;
 use recorder::diff::{Diff, Verdict, diff};
 use recorder::{Health, Kind, Log, Summary};
-use sample::{Run, write};
+use sample::{BODIES_AT, Run, another_run, flip, write};
 use schemas::end::End;
 use schemas::frame::{CompressedImage, FrameInfo};
-use schemas::state::StateHeader;
 use schemas::step::StepRecord;
 use schemas::{Hash, chain, state, wire};
 
 const RUN: Run = Run { rings: 3, steps_planned: 20, steps: 20, state_every: 1, renderer: true };
-/// Bytes before the first body of a state.
-const BODIES_AT: usize = size_of::<StateHeader>() + 8;
 const FIELDS: [(&str, &str); 13] = [
     ("position_m", "x"),
     ("position_m", "y"),
@@ -38,50 +35,6 @@ fn open(name: &str, bytes: Vec<u8>) -> Log {
 
 fn compare(a: Vec<u8>, b: Vec<u8>) -> Diff {
     diff(&open("a.mcap", a), &open("b.mcap", b))
-}
-
-/// The run again, with states changed from a step on, and all hashes made anew: a run that went another way.
-fn another_run(run: Run, change: impl Fn(u64, &mut Vec<u8>)) -> Vec<u8> {
-    let mut chained_hash = Hash::default();
-    let mut hashes = Vec::new();
-    let mut messages = run.in_order();
-    for message in &mut messages {
-        let bytes = message.bytes.to_mut();
-        match message.kind {
-            Kind::State => {
-                change(state::decode_header(bytes).expect("a state").step, bytes);
-                let hash = state::hash_of(bytes);
-                bytes[24..56].copy_from_slice(&hash.0);
-                hashes.push(hash);
-            }
-            Kind::Step => {
-                let mut record: StepRecord = serde_json::from_slice(bytes).expect("a record");
-                record.state_hash = *hashes.last().expect("every state is logged");
-                record.stages.state = record.state_hash.short();
-                chained_hash = chain(&chained_hash, &record.state_hash);
-                record.chained_hash = chained_hash;
-                *bytes = serde_json::to_vec(&record).expect("JSON");
-            }
-            Kind::FrameInfo => {
-                let mut info: FrameInfo = serde_json::from_slice(bytes).expect("an info");
-                info.state_hash = hashes[info.step as usize];
-                *bytes = serde_json::to_vec(&info).expect("JSON");
-            }
-            Kind::End => {
-                let end: End = wire::decode(bytes).expect("an end");
-                *bytes = wire::encode(&End { chained_hash, ..end });
-            }
-            Kind::Scene | Kind::Frame => {}
-        }
-    }
-    write(&messages, run.renderer)
-}
-
-fn flip(bytes: &mut [u8], body: usize, field: usize, bit: u32) {
-    let at = BODIES_AT + 104 * body + 8 * field;
-    let mut number: [u8; 8] = bytes[at..at + 8].try_into().expect("8 bytes");
-    number = (u64::from_le_bytes(number) ^ (1 << bit)).to_le_bytes();
-    bytes[at..at + 8].copy_from_slice(&number);
 }
 
 fn expected_bits(step: u64, body: usize, field: usize, bit: u32) -> (String, String) {
@@ -158,26 +111,7 @@ proptest! {
 
 /// Alters a state where it lies; with `mend_crc`, its chunk's checksum is made right again.
 fn alter_in_file(log: &[u8], step: u64, mend_crc: bool, alter: impl Fn(&mut [u8])) -> Vec<u8> {
-    let mut bytes = log.to_vec();
-    let state = open("a", bytes.clone()).nth(Kind::State, step as usize).expect("a state").bytes.into_owned();
-    let at =
-        bytes.windows(state.len()).position(|window| window == state).expect("the state lies in the file");
-    alter(&mut bytes[at..at + state.len()]);
-    if mend_crc {
-        let mut offset = 8;
-        while offset < at {
-            let length =
-                u64::from_le_bytes(bytes[offset + 1..offset + 9].try_into().expect("8 bytes")) as usize;
-            let end = offset + 9 + length;
-            if bytes[offset] == 6 && end > at {
-                // A chunk's body: two times, size, CRC, an empty text, size, records.
-                let crc = crc32fast::hash(&bytes[offset + 9 + 40..end]);
-                bytes[offset + 33..offset + 37].copy_from_slice(&crc.to_le_bytes());
-            }
-            offset = end;
-        }
-    }
-    bytes
+    sample::alter_in_file(log, (Kind::State, step as usize), mend_crc, alter)
 }
 
 #[test]

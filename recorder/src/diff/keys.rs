@@ -1,5 +1,7 @@
 //! Differences of two JSON values, by key path.
 
+use schemas::plan::{Plan, PlanEntry};
+use schemas::step::StepRecord;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -42,10 +44,56 @@ fn descend(key: String, a: Option<&Value>, b: Option<&Value>, differences: &mut 
     }
 }
 
+/// Fields of two step records that differ.
+pub fn compare_records(a: &StepRecord, b: &StepRecord) -> Vec<KeyDifference> {
+    // A record holds numbers, texts and lists of them: each has a JSON value.
+    let [a, b] = [a, b].map(|record| serde_json::to_value(record).unwrap_or_default());
+    compare(&a, &b)
+}
+
+/// Lines of two plans that differ, by the part that they are about: `plan.force/drag`.
+pub fn compare_plans(a: &Plan, b: &Plan) -> Vec<KeyDifference> {
+    let line = |plan: &Plan, part: &str| plan.entries.iter().find(|entry| entry.part == part).map(text_of);
+    let only_b = b.entries.iter().filter(|entry| a.entries.iter().all(|other| other.part != entry.part));
+    let mut differences = Vec::new();
+    for entry in a.entries.iter().chain(only_b) {
+        let (a, b) = (line(a, &entry.part), line(b, &entry.part));
+        if a != b {
+            let key = format!("plan.{}", entry.part);
+            differences.push(KeyDifference { key, a: a.map(Value::String), b: b.map(Value::String) });
+        }
+    }
+    differences
+}
+
+fn text_of(entry: &PlanEntry) -> String {
+    format!("{}: {}", if entry.needed { "needed" } else { "left out" }, entry.reason)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use serde_json::json;
+
+    #[test]
+    fn plans_are_compared_by_part() {
+        let (mut a, mut b) = (Plan::default(), Plan::default());
+        a.push("force/gravity", true, "9.81 m/s^2");
+        a.push("force/drag", false, "no coefficient");
+        a.push("only/a", true, "");
+        b.push("only/b", false, "x");
+        b.push("force/drag", true, "0.1 kg/s");
+        b.push("force/gravity", true, "9.81 m/s^2");
+        let found: Vec<_> =
+            compare_plans(&a, &b).into_iter().map(|found| (found.key, found.a, found.b)).collect();
+        let expected = [
+            ("plan.force/drag", Some(json!("left out: no coefficient")), Some(json!("needed: 0.1 kg/s"))),
+            ("plan.only/a", Some(json!("needed: ")), None),
+            ("plan.only/b", None, Some(json!("left out: x"))),
+        ];
+        assert_eq!(found, expected.map(|(key, a, b)| (key.to_owned(), a, b)));
+        assert!(compare_plans(&a, &a).is_empty());
+    }
 
     #[test]
     fn paths_and_values() {

@@ -1,21 +1,29 @@
 //! Where two logs part: the first step, its first stage, the body, the field, the bits; and how the
 //! difference grows. For frames: which differ, and by how much.
 //!
-//! The chained hashes of two runs, once apart, stay apart, so the first differing step is found by bisection.
-//! What the hashes say is not taken on trust: where they agree, the bytes are compared as well.
+//! The chained hashes of two runs, once apart, stay apart, so the first differing step is found by bisection, and
+//! no more is read than that takes. Where the hashes find nothing, they are not taken on trust: then every byte is
+//! compared before two logs are called the same.
 
+mod chunks;
+mod first;
 mod frames;
+mod html;
 mod keys;
 mod states;
 mod text;
 
-pub use frames::{FirstFrame, FrameDifference, PixelError};
-pub use keys::KeyDifference;
-pub use states::{FieldDifference, Growth, StateDifference};
+pub use frames::{
+    DifferencePicture, FirstFrame, FrameDifference, PixelError, PixelErrorOfFrame, difference_picture,
+};
+pub use html::html;
+pub use keys::{KeyDifference, compare_records};
+pub use states::{FieldDifference, Growth, StateDifference, compare as compare_states};
 
 use crate::fault::Health;
 use crate::message::{Kind, Message};
 use crate::reader::Log;
+use chunks::{Chunks, Depth};
 use schemas::end::End;
 use schemas::scene::{Scene, SceneRecord};
 use schemas::step::StepRecord;
@@ -49,6 +57,16 @@ impl Verdict {
     }
 }
 
+/// How much is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Options {
+    /// Compare every byte up to the first difference, even if the hashes lead to it without: that finds states that
+    /// were altered in the file.
+    pub thorough: bool,
+    /// Steps after the first difference at which its growth is measured, besides those 0, 1, 2, 4, 8, ... later.
+    pub growth_points: usize,
+}
+
 /// The first step at which two logs differ.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StepDifference {
@@ -56,6 +74,8 @@ pub struct StepDifference {
     pub step: u64,
     /// The first stage whose hash differs, in the order in which a step runs; `None` if all agree.
     pub stage: Option<&'static str>,
+    /// The stages before that one, whose hashes agree.
+    pub stages_before: Vec<&'static str>,
     /// Fields of the step records that differ.
     pub record: Vec<KeyDifference>,
     /// How the states differ, at this step or, if it was not logged, at the next one that both logs have.
@@ -85,14 +105,23 @@ pub struct Diff {
     pub ends: Option<[Option<End>; 2]>,
     /// The first differing step, among those that both have.
     pub first: Option<StepDifference>,
-    /// How far positions are apart, 0, 1, 2, 4, 8, ... steps later.
+    /// How far states are apart, 0, 1, 2, 4, 8, ... steps later, and in between if that is asked for.
     pub growth: Vec<Growth>,
     /// The frames; `None` if neither log has any.
     pub frames: Option<FrameDifference>,
+    /// Whether every byte before the first difference was compared; if not, the hashes led there.
+    pub every_byte_compared: bool,
+    /// Chunks of each log that were read, and how many it has.
+    pub chunks_read: [[usize; 2]; 2],
+}
+
+/// Compares two logs; [`diff_with`] does it with other options.
+pub fn diff(a: &Log, b: &Log) -> Diff {
+    diff_with(a, b, Options::default())
 }
 
 /// Compares two logs.
-pub fn diff(a: &Log, b: &Log) -> Diff {
+pub fn diff_with(a: &Log, b: &Log, options: Options) -> Diff {
     let sides = [Side::new(a), Side::new(b)];
     let mut diff = Diff {
         files: [a, b].map(|log| log.file().to_owned()),
@@ -107,21 +136,27 @@ pub fn diff(a: &Log, b: &Log) -> Diff {
         first: None,
         growth: Vec::new(),
         frames: None,
+        every_byte_compared: false,
+        chunks_read: [[0; 2]; 2],
     };
     let Some(scene) = diff.compare_scenes(&sides) else {
         diff.verdict = if is_damaged(&sides) { Verdict::Damaged } else { Verdict::Incomparable };
         diff.take_damage(sides);
         return diff;
     };
-    diff.first = first_step(&sides, &scene);
+    let bisected = first::by_hashes(&sides);
+    let depth = if options.thorough || bisected.is_none() { Depth::Bytes } else { Depth::Claims };
+    let chunks = Chunks::new(&sides, depth);
+    diff.every_byte_compared = depth == Depth::Bytes;
+    diff.first = first::first_step(&sides, &chunks, bisected, &scene);
     if let Some(state) = diff.first.as_ref().and_then(|first| first.state.as_ref()) {
-        diff.growth = states::growth(&sides, state.step);
+        diff.growth = states::growth(&sides, state.step, options.growth_points, &scene);
     }
     let ends = [0, 1].map(|side| sides[side].end());
     if ends[0] != ends[1] {
         diff.ends = Some(ends);
     }
-    diff.frames = frames::compare(&sides);
+    diff.frames = frames::compare(&sides, &chunks);
     let differs = diff.differs();
     diff.verdict = match (is_damaged(&sides), differs) {
         (true, _) => Verdict::Damaged,
@@ -129,35 +164,48 @@ pub fn diff(a: &Log, b: &Log) -> Diff {
         (false, false) => Verdict::Same,
     };
     diff.take_damage(sides);
+    diff.chunks_read = [a, b].map(|log| log.chunks_checked().into());
     diff
 }
 
 impl Diff {
     /// Compares the scene records; the scene of the first, or `None` if there is no comparing.
     fn compare_scenes(&mut self, sides: &[Side; 2]) -> Option<Scene> {
-        let values = [0, 1].map(|side| sides[side].json::<serde_json::Value>(Kind::Scene, 0));
-        let records = [0, 1].map(|side| sides[side].json::<SceneRecord>(Kind::Scene, 0));
-        let ([Some(a), Some(b)], [Some(record_a), Some(record_b)]) = (values, records) else {
+        let messages = [0, 1].map(|side| sides[side].message(Kind::Scene, 0));
+        let [Some(message_a), Some(message_b)] = messages else {
             self.notes.push("a scene record is missing or cannot be read".to_owned());
             return None;
+        };
+        let records =
+            [(&sides[0], &message_a), (&sides[1], &message_b)].map(|(side, message)| scene(side, message));
+        let [record_a, record_b] = match records {
+            [Ok(a), Ok(b)] => [a, b],
+            refused => {
+                self.notes.extend(refused.into_iter().filter_map(Result::err));
+                return None;
+            }
         };
         if record_a.layout_hash != record_b.layout_hash {
             let (a, b) = (record_a.layout_hash, record_b.layout_hash);
             self.notes.push(format!("the state layouts differ: {a} and {b}"));
             return None;
         }
+        if message_a.bytes == message_b.bytes {
+            return Some(record_a.scene);
+        }
         if record_a.version != record_b.version {
             self.versions = Some([record_a.version, record_b.version]);
         }
+        let values = [&record_a.scene, &record_b.scene].map(serde_json::to_value);
+        let [Ok(a), Ok(b)] = values else { return None };
         for difference in keys::compare(&a, &b) {
-            if let Some(key) = difference.key.strip_prefix("scene.render.") {
-                self.render.push(KeyDifference { key: format!("render.{key}"), ..difference });
-            } else if let Some(key) = difference.key.strip_prefix("scene.") {
-                self.scene.push(KeyDifference { key: key.to_owned(), ..difference });
-            } else if difference.key.starts_with("plan.") {
-                self.plan.push(difference);
+            if difference.key.starts_with("render.") {
+                self.render.push(difference);
+            } else {
+                self.scene.push(difference);
             }
         }
+        self.plan = keys::compare_plans(&record_a.plan, &record_b.plan);
         Some(record_a.scene)
     }
 
@@ -173,6 +221,24 @@ impl Diff {
             self.notes.extend(side.damage.into_inner());
         }
     }
+}
+
+/// The scene record in a message, or why this program cannot read it.
+fn scene(side: &Side, message: &Message) -> Result<SceneRecord, String> {
+    #[derive(serde::Deserialize)]
+    struct Version {
+        version: String,
+    }
+    serde_json::from_slice(&message.bytes).map_err(|reason| {
+        let (file, own) = (side.log.file(), env!("CARGO_PKG_VERSION"));
+        match serde_json::from_slice::<Version>(&message.bytes) {
+            Ok(Version { version }) => format!(
+                "{file}: its scene was written by version {version}, and this version, {own}, cannot read it ({reason}); \
+                 compare logs with a program that reads both"
+            ),
+            Err(_) => format!("{file}: its scene record cannot be read: {reason}"),
+        }
+    })
 }
 
 fn is_damaged(sides: &[Side; 2]) -> bool {
@@ -245,71 +311,6 @@ impl<'a> Side<'a> {
                 "{}: the state of step {step} is not as it was written: {error}",
                 self.log.file()
             ));
-        }
-    }
-}
-
-/// The first step at which records or states differ.
-fn first_step(sides: &[Side; 2], scene: &Scene) -> Option<StepDifference> {
-    let common = sides[0].count(Kind::Step).min(sides[1].count(Kind::Step)) as u64;
-    let bisected = first_apart(common, |step| {
-        let [a, b] = [0, 1].map(|side| sides[side].step(step).map(|record| record.chained_hash));
-        a != b
-    });
-    // Before that, hashes agree. Records and states must, too.
-    let by_record = (0..bisected.unwrap_or(common)).find(|&step| {
-        let [a, b] =
-            [0, 1].map(|side| sides[side].message(Kind::Step, step as usize).map(|message| message.bytes));
-        a != b
-    });
-    let by_state = states::first_altered(sides, by_record.or(bisected).unwrap_or(u64::MAX));
-    let step = by_state.or(by_record).or(bisected)?;
-    let records = [0, 1].map(|side| sides[side].step(step));
-    let stage = match &records {
-        [Some(a), Some(b)] => {
-            let pairs = a.stages.in_order().into_iter().zip(b.stages.in_order());
-            let mut apart = pairs.filter(|((_, a), (_, b))| a != b);
-            apart.next().map(|((name, _), _)| name)
-        }
-        _ => None,
-    };
-    let values = [0, 1].map(|side| sides[side].json::<serde_json::Value>(Kind::Step, step as usize));
-    let record = match &values {
-        [Some(a), Some(b)] => keys::compare(a, b),
-        _ => Vec::new(),
-    };
-    Some(StepDifference { step, stage, record, state: states::compare_from(sides, step, scene) })
-}
-
-/// The first of `count` steps for which `apart` holds, given that it holds for all after that; by bisection.
-fn first_apart(count: u64, apart: impl Fn(u64) -> bool) -> Option<u64> {
-    let last = count.checked_sub(1)?;
-    if !apart(last) {
-        return None;
-    }
-    let (mut low, mut high) = (0, last);
-    while low < high {
-        let middle = low + (high - low) / 2;
-        if apart(middle) {
-            high = middle;
-        } else {
-            low = middle + 1;
-        }
-    }
-    Some(high)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn bisection_finds_the_first() {
-        for count in 0..20 {
-            for first in 0..=count {
-                let expected = (first < count).then_some(first);
-                assert_eq!(first_apart(count, |step| step >= first), expected, "{first} of {count}");
-            }
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Differences of two states, field by field.
 
 use super::Side;
+use super::chunks::Chunks;
 use crate::message::Kind;
 use schemas::scene::Scene;
 use schemas::state::{BodyState, ContactState, StateMessage};
@@ -50,20 +51,34 @@ pub struct StateDifference {
     pub contacts: [usize; 2],
 }
 
-/// How far positions are apart at a step.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+/// How far two states are apart at a step.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Growth {
     /// The step.
     pub step: u64,
+    /// Its simulated time, in seconds.
+    pub sim_time_s: f64,
     /// Largest difference of a coordinate of any body's position, in metres.
     pub position_max_m: f64,
+    /// The body with that difference, as in `ring 3`; `None` if all positions are the same.
+    pub body: Option<String>,
+    /// Largest difference of a component of any body's linear velocity, in metres per second.
+    pub velocity_max_m_per_s: f64,
+    /// How many bodies differ in any bit.
+    pub bodies_differing: usize,
 }
 
 /// The first step before `limit` whose state has different bytes in the two logs.
-pub(super) fn first_altered(sides: &[Side; 2], limit: u64) -> Option<u64> {
+pub(super) fn first_altered(sides: &[Side; 2], chunks: &Chunks, limit: u64) -> Option<u64> {
     let [a, b] = sides;
     let (mut i, mut j) = (0, 0);
     while i < a.count(Kind::State) && j < b.count(Kind::State) {
+        // What lies beyond the limit need not be looked at, and finding out costs a look at the step's number.
+        let within = |side: &Side, index| side.log.state_step(index).is_ok_and(|step| step < limit);
+        if (limit == u64::MAX || within(a, i)) && chunks.hold_the_same(Kind::State, [i, j]) {
+            (i, j) = (i + 1, j + 1);
+            continue;
+        }
         let (Some(state_a), Some(state_b)) = (a.message(Kind::State, i), b.message(Kind::State, j)) else {
             return None;
         };
@@ -107,30 +122,61 @@ fn pair(sides: &[Side; 2], step: u64) -> Option<[StateMessage; 2]> {
     Some([state(&sides[0])?, state(&sides[1])?])
 }
 
-/// How far positions are apart at a step and 1, 2, 4, 8, ... steps later, where both logs have states.
-pub(super) fn growth(sides: &[Side; 2], first: u64) -> Vec<Growth> {
-    let last = sides[0].count(Kind::Step).min(sides[1].count(Kind::Step)) as u64;
-    let later = std::iter::once(0).chain((0..u64::BITS).map(|power| 1 << power));
-    let steps = later.map_while(|later: u64| first.checked_add(later).filter(|&step| step < last));
-    steps
-        .filter_map(|step| {
-            let [a, b] = pair(sides, step)?;
-            let mut position_max_m = 0.0;
-            for (a, b) in a.bodies.iter().zip(&b.bodies) {
-                for axis in 0..3 {
-                    let apart_m = (a.position_m[axis] - b.position_m[axis]).abs();
-                    // A difference that is not a number shows, and stays.
-                    if apart_m.is_nan() || apart_m > position_max_m {
-                        position_max_m = apart_m;
-                    }
-                }
-            }
-            Some(Growth { step, position_max_m })
+/// How far states are apart at a step and 1, 2, 4, 8, ... steps later, at the last step, and at `points` steps
+/// between, evenly spaced; where both logs have states.
+pub(super) fn growth(sides: &[Side; 2], first: u64, points: usize, scene: &Scene) -> Vec<Growth> {
+    let count = sides[0].count(Kind::Step).min(sides[1].count(Kind::Step)) as u64;
+    let Some(span) = count.checked_sub(1).and_then(|last| last.checked_sub(first)) else { return Vec::new() };
+    let mut later: Vec<u64> = std::iter::once(0)
+        .chain((0..u64::BITS).map(|power| 1 << power))
+        .filter(|&later| later <= span)
+        .collect();
+    if points > 0 {
+        // In this order no product overflows, and the last one is the last step.
+        let points = points as u64;
+        later.extend((1..=points).map(|point| span / points * point + span % points * point / points));
+    }
+    later.sort_unstable();
+    later.dedup();
+    later
+        .into_iter()
+        .filter_map(|later| {
+            let [a, b] = pair(sides, first + later)?;
+            Some(apart(first + later, &a, &b, scene))
         })
         .collect()
 }
 
-fn compare(step: u64, a: &StateMessage, b: &StateMessage, scene: &Scene) -> StateDifference {
+fn apart(step: u64, a: &StateMessage, b: &StateMessage, scene: &Scene) -> Growth {
+    let sim_time_s = a.header.sim_time_s;
+    let (mut position_max_m, mut velocity_max_m_per_s) = (0.0, 0.0);
+    let (mut farthest, mut bodies_differing) = (None, 0);
+    for (index, (a, b)) in a.bodies.iter().zip(&b.bodies).enumerate() {
+        bodies_differing += usize::from(bytemuck::bytes_of(a) != bytemuck::bytes_of(b));
+        if raise(&mut position_max_m, &a.position_m, &b.position_m) {
+            farthest = Some(index);
+        }
+        raise(&mut velocity_max_m_per_s, &a.linear_velocity_m_per_s, &b.linear_velocity_m_per_s);
+    }
+    let body = farthest.map(|index| scene.body_name(index));
+    Growth { step, sim_time_s, position_max_m, body, velocity_max_m_per_s, bodies_differing }
+}
+
+/// Raises `largest` to the largest difference of two vectors' components; says whether it did.
+fn raise(largest: &mut f64, a: &[f64; 3], b: &[f64; 3]) -> bool {
+    let before = *largest;
+    for (a, b) in a.iter().zip(b) {
+        let apart = (a - b).abs();
+        // A difference that is not a number shows, and stays.
+        if apart.is_nan() || apart > *largest {
+            *largest = apart;
+        }
+    }
+    largest.to_bits() != before.to_bits()
+}
+
+/// Compares two states of a step, field by field and bit by bit; `scene` names the bodies.
+pub fn compare(step: u64, a: &StateMessage, b: &StateMessage, scene: &Scene) -> StateDifference {
     let mut list = List::default();
     list.numbers("header", None, "sim_time_s", &[""], &[a.header.sim_time_s], &[b.header.sim_time_s]);
     let (dissipated_a, dissipated_b) = (a.header.dissipated_energy_j, b.header.dissipated_energy_j);

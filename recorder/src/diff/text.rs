@@ -1,6 +1,6 @@
 //! The comparison in words.
 
-use super::{Diff, FieldDifference, FrameDifference, KeyDifference, StateDifference, Verdict};
+use super::{Diff, FieldDifference, FrameDifference, Growth, KeyDifference, StateDifference, Verdict};
 use crate::summary::outcome_text;
 use std::fmt;
 
@@ -36,7 +36,16 @@ impl fmt::Display for Diff {
         }
         self.write_ends(f)?;
         self.write_first(f)?;
-        self.frames.as_ref().map_or(Ok(()), |frames| write_frames(f, frames))
+        self.frames.as_ref().map_or(Ok(()), |frames| write_frames(f, frames))?;
+        if self.verdict == Verdict::Incomparable || self.every_byte_compared {
+            return Ok(());
+        }
+        let [[a, all_a], [b, all_b]] = self.chunks_read;
+        write!(
+            f,
+            "\nread     {a} of {all_a} chunks and {b} of {all_b}: the hashes led here; --thorough compares every byte \
+             before it"
+        )
     }
 }
 
@@ -76,7 +85,12 @@ impl Diff {
         };
         write!(f, "\nfirst    step {}", first.step)?;
         match first.stage {
-            Some(stage) => write!(f, ", stage {stage}")?,
+            Some(stage) => {
+                write!(f, ", stage {stage}")?;
+                if !first.stages_before.is_empty() {
+                    write!(f, " (those before it agree: {})", first.stages_before.join(", "))?;
+                }
+            }
             None if first.record.is_empty() && first.state.is_none() => {
                 write!(f, ", the bytes of its record; the states are the same")?;
             }
@@ -91,14 +105,22 @@ impl Diff {
         }
         for growth in &self.growth {
             let Some(later) = growth.step.checked_sub(first.step) else { continue };
-            write!(
-                f,
-                "\ngrowth   step {}, {later} later: positions {:.3e} m apart at most",
-                growth.step, growth.position_max_m
-            )?;
+            // What was measured in between is for the plot.
+            if later.is_power_of_two() || later == 0 || Some(growth) == self.growth.last() {
+                write_growth(f, growth, later)?;
+            }
         }
         Ok(())
     }
+}
+
+fn write_growth(f: &mut fmt::Formatter<'_>, growth: &Growth, later: u64) -> fmt::Result {
+    let Growth { step, position_max_m, velocity_max_m_per_s, bodies_differing, .. } = growth;
+    write!(
+        f,
+        "\ngrowth   step {step}, {later} later: positions {position_max_m:.3e} m apart at most, velocities \
+         {velocity_max_m_per_s:.3e} m/s, {bodies_differing} bodies differ"
+    )
 }
 
 fn write_keys(f: &mut fmt::Formatter<'_>, label: &str, keys: &[KeyDifference]) -> fmt::Result {

@@ -197,3 +197,80 @@ pub fn png(grey: u8) -> Vec<u8> {
     encoder.write_header().expect("memory").write_image_data(&[grey; 12]).expect("memory");
     bytes
 }
+
+/// Bytes before the first body of a state.
+pub const BODIES_AT: usize = size_of::<StateHeader>() + 8;
+
+/// The run again, with states changed from a step on, and all hashes made anew: a run that went another way.
+pub fn another_run(run: Run, change: impl Fn(u64, &mut Vec<u8>)) -> Vec<u8> {
+    let mut chained_hash = Hash::default();
+    let mut hashes = Vec::new();
+    let mut messages = run.in_order();
+    for message in &mut messages {
+        let bytes = message.bytes.to_mut();
+        match message.kind {
+            Kind::State => {
+                change(state::decode_header(bytes).expect("a state").step, bytes);
+                let hash = state::hash_of(bytes);
+                bytes[24..56].copy_from_slice(&hash.0);
+                hashes.push(hash);
+            }
+            Kind::Step => {
+                let mut record: StepRecord = serde_json::from_slice(bytes).expect("a record");
+                record.state_hash = *hashes.last().expect("every state is logged");
+                record.stages.state = record.state_hash.short();
+                chained_hash = chain(&chained_hash, &record.state_hash);
+                record.chained_hash = chained_hash;
+                *bytes = serde_json::to_vec(&record).expect("JSON");
+            }
+            Kind::FrameInfo => {
+                let mut info: FrameInfo = serde_json::from_slice(bytes).expect("an info");
+                info.state_hash = hashes[info.step as usize];
+                *bytes = serde_json::to_vec(&info).expect("JSON");
+            }
+            Kind::End => {
+                let end: End = wire::decode(bytes).expect("an end");
+                *bytes = wire::encode(&End { chained_hash, ..end });
+            }
+            Kind::Scene | Kind::Frame => {}
+        }
+    }
+    write(&messages, run.renderer)
+}
+
+/// Flips a bit of a number of a body in a state message.
+pub fn flip(bytes: &mut [u8], body: usize, field: usize, bit: u32) {
+    let at = BODIES_AT + 104 * body + 8 * field;
+    let mut number: [u8; 8] = bytes[at..at + 8].try_into().expect("8 bytes");
+    number = (u64::from_le_bytes(number) ^ (1 << bit)).to_le_bytes();
+    bytes[at..at + 8].copy_from_slice(&number);
+}
+
+/// Alters a message where it lies; with `mend_crc`, its chunk's checksum is made right again.
+pub fn alter_in_file(
+    log: &[u8],
+    (kind, index): (Kind, usize),
+    mend_crc: bool,
+    alter: impl Fn(&mut [u8]),
+) -> Vec<u8> {
+    let mut bytes = log.to_vec();
+    let opened = Log::from_bytes("a", bytes.clone()).expect("a log");
+    let message = opened.nth(kind, index).expect("a message").bytes.into_owned();
+    let at = bytes.windows(message.len()).position(|window| window == message).expect("it lies in the file");
+    alter(&mut bytes[at..at + message.len()]);
+    if mend_crc {
+        let mut offset = 8;
+        while offset < at {
+            let length =
+                u64::from_le_bytes(bytes[offset + 1..offset + 9].try_into().expect("8 bytes")) as usize;
+            let end = offset + 9 + length;
+            if bytes[offset] == 6 && end > at {
+                // A chunk's body: two times, size, CRC, an empty text, size, records.
+                let crc = crc32fast::hash(&bytes[offset + 9 + 40..end]);
+                bytes[offset + 33..offset + 37].copy_from_slice(&crc.to_le_bytes());
+            }
+            offset = end;
+        }
+    }
+    bytes
+}
