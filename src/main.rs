@@ -35,6 +35,8 @@ mod sim;
 #[cfg(feature = "render")]
 mod still_frames;
 mod verify;
+#[cfg(feature = "view")]
+mod view;
 
 use clap::{Parser, Subcommand};
 use failure::Outcome;
@@ -89,6 +91,9 @@ enum Verb {
     Diff(diff::Arguments),
     /// Write what a log holds for other programs: tables, pictures, a movie, a file for viewers
     Export(export::Arguments),
+    /// Serve a log to Foxglove and Lichtblick, which play and seek it
+    #[cfg(feature = "view")]
+    View(view::Arguments),
     /// Say what is in a log
     Info(info::Arguments),
     /// Say what a scene needs, and what is left out
@@ -113,6 +118,8 @@ fn main() -> ExitCode {
         Verb::Verify(arguments) => verify::run(&arguments),
         Verb::Diff(arguments) => diff::run(&arguments),
         Verb::Export(arguments) => export::run(&arguments),
+        #[cfg(feature = "view")]
+        Verb::View(arguments) => view::run(&arguments),
         Verb::Info(arguments) => info::run(&arguments),
         Verb::Plan(arguments) => plan::run(&arguments),
     };

@@ -6,3 +6,5 @@ mod lost_process;
 mod main_job;
 mod questions;
 mod stopped_run;
+#[cfg(feature = "view")]
+mod view;
