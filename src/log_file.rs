@@ -20,7 +20,11 @@ pub fn open_whole(path: &Path) -> Result<Log, Failure> {
 pub fn refuse_damage(log: &Log) -> Result<(), Failure> {
     match log.health() {
         Health::Complete => Ok(()),
-        health => Err(Failure::lost(format!("{}: {health}", log.file()))),
+        health => Err(Failure::lost(format!(
+            "{}: {health}; `chainmail recover {} --out FIXED` makes a whole log of what is left",
+            log.file(),
+            log.file()
+        ))),
     }
 }
 

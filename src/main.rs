@@ -21,11 +21,14 @@ mod export;
 mod info;
 mod plan;
 mod record;
+mod recover;
 #[cfg(feature = "render")]
 mod render;
 mod replay;
 #[cfg(feature = "render")]
 mod rerender;
+mod resimulate;
+mod resume;
 mod run;
 #[cfg(feature = "movie")]
 mod sheet;
@@ -61,6 +64,7 @@ Examples:
   chainmail info out/drop/log.mcap               what is in a log
   chainmail verify out/drop/log.mcap             simulate again and compare every step
   chainmail diff a/log.mcap b/log.mcap           the first difference of two logs
+  chainmail resume out/drop/log.mcap --out again go on with a run that was cut off
   chainmail rerender out/drop/log.mcap --out hi --set render.samples_per_pixel=256
 
 Exit codes: 0 done or same, 1 differs or stopped by an audit, 2 bad input, 3 damaged log or process lost.
@@ -87,6 +91,10 @@ enum Verb {
     Sheet(sheet::Arguments),
     /// Simulate a log's scene again and compare every step
     Verify(verify::Arguments),
+    /// Go on with a run from any of its steps, with the bits that it would have had
+    Resume(resume::Arguments),
+    /// Make a whole log of a broken one
+    Recover(recover::Arguments),
     /// Find the first difference of two logs
     Diff(diff::Arguments),
     /// Write what a log holds for other programs: tables, pictures, a movie, a file for viewers
@@ -116,6 +124,8 @@ fn main() -> ExitCode {
         #[cfg(feature = "movie")]
         Verb::Sheet(arguments) => sheet::run(&arguments),
         Verb::Verify(arguments) => verify::run(&arguments),
+        Verb::Resume(arguments) => resume::run(&arguments),
+        Verb::Recover(arguments) => recover::run(&arguments),
         Verb::Diff(arguments) => diff::run(&arguments),
         Verb::Export(arguments) => export::run(&arguments),
         #[cfg(feature = "view")]

@@ -27,7 +27,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let recorded = record(options, stop::flag(), &mut show)
         .map_err(|error| Failure { exit: Exit::from_code(error.exit_code()), message: error.to_string() })?;
     match recorded.outcome {
-        RunOutcome::Completed => Ok(Exit::Done),
+        // A log that was recovered is replayed like any other.
+        RunOutcome::Completed | RunOutcome::Recovered(_) => Ok(Exit::Done),
         RunOutcome::Stopped(_) => Ok(Exit::Differs),
         // A log of a run that was interrupted can be recorded again to its end.
         RunOutcome::Interrupted if !stop::requested() => Ok(Exit::Done),

@@ -114,6 +114,8 @@ pub fn parts(
 
 /// Supervises the parts and removes what a killed one may have left on the bus.
 pub fn supervise_on(bus: &BusName, parts: Vec<Part>) -> Result<Ended, Failure> {
+    // Runs whose processes were all killed could not do it themselves.
+    Bus::clean_up_all();
     let ended = supervise(parts);
     if let Err(error) = Bus::clean_up(bus) {
         tracing::warn!(%error, "the bus left files behind");
@@ -150,7 +152,10 @@ pub fn finish(folder: &Path, ended: Result<Ended, Failure>, start: Instant, json
     match ended {
         Ended::Done => Ok(Exit::Done),
         Ended::Stopped => Ok(Exit::Differs),
-        Ended::Interrupted => Err(Failure::lost(format!("interrupted; {} is whole up to there", log.file()))),
+        Ended::Interrupted => Err(Failure::lost(format!(
+            "interrupted; {} is whole up to there: `chainmail resume` goes on from it",
+            log.file()
+        ))),
     }
 }
 

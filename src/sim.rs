@@ -27,6 +27,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     match end.outcome {
         RunOutcome::Completed => Ok(Exit::Done),
         RunOutcome::Stopped(reason) => Err(Failure { exit: Exit::Differs, message: reason }),
+        RunOutcome::Recovered(missing) => Err(Failure::lost(missing)),
         RunOutcome::Interrupted => Err(Failure::lost(format!("interrupted after step {}", end.step_count))),
     }
 }

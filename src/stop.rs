@@ -1,8 +1,12 @@
 //! SIGHUP, SIGINT and SIGTERM as a flag: every verb that runs for long looks at it and ends in good order.
 
+use rustix::process::{Signal, getppid, set_parent_process_death_signal};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
+
+/// Says to a process of a run who supervises it: that process's number.
+pub const SUPERVISOR_VARIABLE: &str = "CHAINMAIL_SUPERVISOR";
 
 static REQUESTED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 
@@ -15,6 +19,7 @@ pub fn flag() -> Arc<AtomicBool> {
                 tracing::warn!(signal, %error, "cannot catch a signal");
             }
         }
+        end_with_supervisor(&flag);
         flag
     });
     Arc::clone(flag)
@@ -23,4 +28,16 @@ pub fn flag() -> Arc<AtomicBool> {
 /// Whether the process was asked to stop.
 pub fn requested() -> bool {
     REQUESTED.get().is_some_and(|flag| flag.load(Ordering::Relaxed))
+}
+
+/// Lets a process of a run end in good order when the one that started it dies, however it dies.
+fn end_with_supervisor(flag: &AtomicBool) {
+    let Ok(supervisor) = std::env::var(SUPERVISOR_VARIABLE) else { return };
+    if let Err(error) = set_parent_process_death_signal(Some(Signal::TERM)) {
+        tracing::warn!(%error, "a killed supervisor would not be noticed");
+    }
+    // It may have died before.
+    if getppid().map(|parent| parent.as_raw_nonzero().to_string()) != Some(supervisor) {
+        flag.store(true, Ordering::Relaxed);
+    }
 }

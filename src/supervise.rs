@@ -73,6 +73,7 @@ pub fn supervise(parts: Vec<Part>) -> Result<Ended, Failure> {
         let spawned = Command::new(&program)
             .args(&part.arguments)
             .env(LINES_VARIABLE, "1")
+            .env(stop::SUPERVISOR_VARIABLE, std::process::id().to_string())
             .stdin(if part.input.is_some() { Stdio::piped() } else { Stdio::null() })
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())

@@ -176,6 +176,11 @@ impl Bus {
     pub fn clean_up(name: &BusName) -> Result<bool, BusError> {
         claim::clean_up(name)
     }
+
+    /// Removes what runs have left whose processes were all killed, whatever their names were.
+    pub fn clean_up_all() {
+        claim::clean_up_all();
+    }
 }
 
 impl Shared {

@@ -5,6 +5,7 @@
 //! process is stopped (`SIGSTOP`): so the lock tells the dead from the slow, and needs no clock.
 
 use crate::header::{ROLES, role_index};
+use crate::name::NAME_PREFIX;
 use crate::{BusError, BusName};
 use schemas::topics::Role;
 use std::fs::{DirBuilder, File, OpenOptions, Permissions, TryLockError};
@@ -70,7 +71,7 @@ impl Claim {
     /// that joining makes must be made before the door is dropped.
     pub(crate) fn take(name: &BusName, role: Role) -> Result<(Self, Door), BusError> {
         let root_dir = name.root_dir();
-        let door = Door::pass(&root_dir, true)?;
+        let door = Door::pass(&root_dir, true, DOOR_PATIENCE)?;
         let roster = Arc::new(Roster::open(&root_dir)?);
         let path = lock_path(&root_dir, role);
         let mut locked = open_lock_file(&path)?;
@@ -100,7 +101,7 @@ impl Claim {
     pub(crate) fn begin_to_leave(&mut self) {
         if self.door.is_none() {
             // The claim keeps the directory at its place, so the door is still the right one.
-            match Door::pass(&self.name.root_dir(), false) {
+            match Door::pass(&self.name.root_dir(), false, DOOR_PATIENCE) {
                 Ok(door) => self.door = Some(door),
                 Err(error) => tracing::warn!("leaving bus {} without its door: {error}", self.name),
             }
@@ -133,11 +134,15 @@ impl Drop for Claim {
 /// # Errors
 /// [`BusError::File`] when a file cannot be removed.
 pub(crate) fn clean_up(name: &BusName) -> Result<bool, BusError> {
+    clean_up_within(name, DOOR_PATIENCE)
+}
+
+fn clean_up_within(name: &BusName, patience: Duration) -> Result<bool, BusError> {
     let root_dir = name.root_dir();
     if !root_dir.exists() {
         return Ok(true);
     }
-    let opened = Door::pass(&root_dir, false).and_then(|door| Ok((door, Roster::open(&root_dir)?)));
+    let opened = Door::pass(&root_dir, false, patience).and_then(|door| Ok((door, Roster::open(&root_dir)?)));
     let (_door, roster) = match opened {
         // The last process has removed the directory in between.
         Err(BusError::File { source, .. }) if source.kind() == ErrorKind::NotFound => return Ok(true),
@@ -149,6 +154,27 @@ pub(crate) fn clean_up(name: &BusName) -> Result<bool, BusError> {
     Ok(true)
 }
 
+/// Removes what dead processes have left on any bus of this temporary directory. What cannot be removed, that of
+/// another user for instance, stays.
+pub(crate) fn clean_up_all() {
+    let Ok(entries) = std::fs::read_dir(std::env::temp_dir()) else { return };
+    for entry in entries.flatten() {
+        let file_name = entry.file_name();
+        let Some(name) = file_name.to_str().and_then(|name| name.strip_prefix(NAME_PREFIX)) else { continue };
+        let removed = match name.parse() {
+            // Where somebody joins or leaves, somebody lives.
+            Ok(name) => clean_up_within(&name, Duration::ZERO).map(drop),
+            // A directory that was moved away to be removed, by a process that died before it had.
+            Err(_) if name.contains(".gone-") => std::fs::remove_dir_all(entry.path())
+                .map_err(|source| file_error("removing", &entry.path(), source)),
+            Err(_) => Ok(()),
+        };
+        if let Err(error) = removed {
+            tracing::debug!("leftovers stay: {error}");
+        }
+    }
+}
+
 /// The lock that lets one process at a time join, leave or clean up. So who joins an empty bus knows that
 /// whatever is there was left by the dead, and of two that leave at the same moment one is the last.
 #[derive(Debug)]
@@ -156,7 +182,7 @@ pub(crate) struct Door(File);
 
 impl Door {
     /// Waits for the door. With `make`, the bus's directory is made if it is not there.
-    fn pass(root_dir: &Path, make: bool) -> Result<Door, BusError> {
+    fn pass(root_dir: &Path, make: bool, patience: Duration) -> Result<Door, BusError> {
         let path = root_dir.join("door.lock");
         let begin = Instant::now();
         loop {
@@ -172,7 +198,7 @@ impl Door {
                         // A lock on a file that is no longer at its place protects nothing.
                         Ok(()) if is_at(&file, &path) => return Ok(Door(file)),
                         Ok(()) => {}
-                        Err(TryLockError::WouldBlock) if begin.elapsed() < DOOR_PATIENCE => {}
+                        Err(TryLockError::WouldBlock) if begin.elapsed() < patience => {}
                         Err(refused) => return Err(file_error("locking", &path, refused.into())),
                     }
                 }
@@ -302,10 +328,14 @@ fn remove_root_dir(name: &BusName) -> Result<(), BusError> {
     static COUNTER: AtomicU32 = AtomicU32::new(0);
     let root_dir = name.root_dir();
     let counter = COUNTER.fetch_add(1, Ordering::Relaxed);
-    let suffix = format!("chainmail-{name}.gone-{}-{counter}", std::process::id());
+    let suffix = format!("{NAME_PREFIX}{name}.gone-{}-{counter}", std::process::id());
     let gone = root_dir.with_file_name(suffix);
     std::fs::rename(&root_dir, &gone).map_err(|source| file_error("moving", &root_dir, source))?;
-    std::fs::remove_dir_all(&gone).map_err(|source| file_error("removing", &gone, source))
+    match std::fs::remove_dir_all(&gone) {
+        // Another process has tidied up.
+        Err(source) if source.kind() == ErrorKind::NotFound => Ok(()),
+        removed => removed.map_err(|source| file_error("removing", &gone, source)),
+    }
 }
 
 fn file_error(action: &'static str, path: &Path, source: std::io::Error) -> BusError {

@@ -13,6 +13,9 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// a longer name leaves too little for the temporary directory in front of it.
 pub const NAME_LENGTH_MAX: usize = 24;
 
+/// What the names of the buses' directories begin with.
+pub(crate) const NAME_PREFIX: &str = "chainmail-";
+
 /// The name that all processes of one run share; processes on different names never meet.
 ///
 /// 1 to 24 characters, each an ASCII letter, a digit, `-` or `_`.
@@ -40,7 +43,7 @@ impl BusName {
     /// The directory of the bus's small files: `chainmail-NAME` in the temporary directory. Processes with
     /// different temporary directories (`TMPDIR`) do not meet.
     pub fn root_dir(&self) -> PathBuf {
-        std::env::temp_dir().join(format!("chainmail-{}", self.0))
+        std::env::temp_dir().join(format!("{NAME_PREFIX}{}", self.0))
     }
 
     /// What the names of the bus's shared-memory files begin with: `cm`, 12 hexadecimal digits, `_`.

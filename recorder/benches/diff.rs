@@ -10,7 +10,7 @@ use schemas::state::{BodyState, StateHeader};
 use schemas::step::{StageHashes, StepRecord};
 use schemas::{Hash, chain, log_time_ns, state, wire};
 use std::fs::File;
-use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
+use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::time::Instant;
 
@@ -75,7 +75,7 @@ fn check_place(found: &Diff) {
 }
 
 fn write(scene: &Scene, path: &Path, flipped_step: Option<u64>) {
-    let file = BufWriter::new(File::create(path).expect("a file"));
+    let file = File::create(path).expect("a file");
     let mut writer = LogWriter::create(file, false).expect("a log");
     let mut put = |kind: Kind, time_ns: u64, bytes: &[u8]| {
         writer.write(&Message::new(kind, time_ns, bytes)).expect("a valid message");
@@ -101,7 +101,7 @@ fn write(scene: &Scene, path: &Path, flipped_step: Option<u64>) {
     let outcome = Outcome::Completed;
     let end = End { outcome, step_count: STEPS, state_count: STEPS + 1, keyframe_count, chained_hash };
     put(Kind::End, log_time_ns(STEPS as f64 * 0.001), &wire::encode(&end));
-    writer.finish().expect("a log").0.into_inner().expect("a file").sync_all().expect("a disk");
+    writer.finish().expect("a log").0.sync_all().expect("a disk");
 }
 
 fn bodies(step: u64) -> Vec<BodyState> {

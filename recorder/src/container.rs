@@ -5,13 +5,16 @@
 
 /// Opcodes of the records that a log has.
 pub(crate) mod op {
+    pub const HEADER: u8 = 0x01;
     pub const FOOTER: u8 = 0x02;
+    pub const SCHEMA: u8 = 0x03;
     pub const CHANNEL: u8 = 0x04;
     pub const MESSAGE: u8 = 0x05;
     pub const CHUNK: u8 = 0x06;
     pub const MESSAGE_INDEX: u8 = 0x07;
     pub const CHUNK_INDEX: u8 = 0x08;
     pub const STATISTICS: u8 = 0x0B;
+    pub const SUMMARY_OFFSET: u8 = 0x0E;
     pub const DATA_END: u8 = 0x0F;
 }
 

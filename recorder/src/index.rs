@@ -302,7 +302,7 @@ impl Index {
 }
 
 /// The offsets at which the summary section begins and the footer lies, its checksum compared.
-fn summary_section(file: &[u8]) -> Result<(usize, usize), Damage> {
+pub(crate) fn summary_section(file: &[u8]) -> Result<(usize, usize), Damage> {
     let end = file.len();
     if end < MAGIC.len() + FOOTER_BYTES || file[end - MAGIC.len()..] != MAGIC {
         let what = "the file does not end as an MCAP file does";

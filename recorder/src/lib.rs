@@ -4,6 +4,7 @@
 //! - [`LogWriter`] writes them, and checks what it writes;
 //! - [`Log`] reads them back, finished or not;
 //! - [`Summary`] says what is in a log, [`diff()`] where two logs part, [`export`] writes it for other programs;
+//! - [`recover()`] makes a whole log of what is left of a broken one;
 //! - [`node::record`] is the process: it alone knows the bus, the clock and the file that is written.
 //!
 //! A log is an MCAP file: any MCAP tool opens it. Its chunks are not compressed, its `library` field is
@@ -11,6 +12,7 @@
 
 pub mod check;
 mod container;
+mod container_writer;
 pub mod diff;
 pub mod export;
 mod fault;
@@ -19,14 +21,21 @@ pub mod message;
 pub mod node;
 pub mod order;
 pub mod reader;
+mod rebuild;
+pub mod recover;
+pub mod resume;
+mod salvage;
 pub mod summary;
 mod target;
 pub mod writer;
 
+pub use container_writer::Sink;
 pub use diff::{Diff, diff};
 pub use fault::{Health, LogError, LogProblem};
 pub use message::{Kind, Message};
 pub use order::Sequencer;
 pub use reader::Log;
+pub use recover::{RecoverError, Recovery, Remake, recover};
+pub use salvage::Loss;
 pub use summary::Summary;
 pub use writer::{LogWriter, WriteError, Written};

@@ -2,17 +2,20 @@
 //! the bus and the clock.
 
 use crate::check::Counts;
+use crate::fault::LogError;
 use crate::message::{Kind, Message};
 use crate::order::{OrderError, Sequencer};
+use crate::reader::Log;
+use crate::resume;
 use crate::target::{Refusal, Target};
 use crate::writer::{LogWriter, WriteError, Written};
 use bus::{Bus, BusError, BusName, Received, Subscriber};
 use schemas::end::{End, Outcome};
-use schemas::scene::SceneRecord;
+use schemas::scene::{Record, SceneRecord};
 use schemas::topics::{Role, TOPICS, Topic};
 use schemas::wire;
 use std::fs::File;
-use std::io::{self, BufWriter};
+use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,12 +23,9 @@ use std::time::{Duration, Instant};
 
 /// After a stop was asked for, or a process was lost, the others have this long to send what they hold.
 const PATIENCE: Duration = Duration::from_millis(1200);
-/// The log is brought to the disk this often, so that a power failure costs no more than this.
-const SYNC_EVERY: Duration = Duration::from_secs(1);
-/// ... and whenever so many bytes of states have been written since.
-const SYNC_BYTES: u64 = 64 << 20;
-/// Bytes gathered before they are given to the system, within a chunk.
-const BUFFER_BYTES: usize = 1 << 18;
+/// The log is brought to the disk whenever so many bytes have been written since, and every `record.flush_every_s`
+/// seconds: a lost process or power failure costs no more than this.
+const FLUSH_BYTES: u64 = 64 << 20;
 
 /// What to record, and where.
 #[derive(Clone, Debug, clap::Args)]
@@ -42,6 +42,12 @@ pub struct RecordOptions {
     /// Expect no renderer: the log has no frames
     #[arg(long)]
     pub no_render: bool,
+    /// Begin with what this log holds up to a step, and go on with what the bus brings after it
+    #[arg(long, value_name = "LOG", requires = "from_step")]
+    pub resume: Option<PathBuf>,
+    /// The last step that is taken from the log of --resume
+    #[arg(long, value_name = "STEP", requires = "resume")]
+    pub from_step: Option<u64>,
 }
 
 /// How far a recording is.
@@ -86,6 +92,9 @@ pub enum RecordError {
         /// The system's reason.
         source: io::Error,
     },
+    /// The log of --resume cannot be used.
+    #[error(transparent)]
+    Resume(#[from] LogError),
     /// The bus could not be joined, or the recording was stopped before anything came.
     #[error(transparent)]
     Bus(#[from] BusError),
@@ -101,7 +110,10 @@ pub enum RecordError {
     },
     /// The file took no more bytes: a full disk, most often. The log was not finished, but what is named can
     /// be read.
-    #[error("cannot write {}: {source}; {saved} in it can be read", path.display())]
+    #[error(
+        "cannot write {}: {source}; {saved} in it are safe: `chainmail recover` makes a whole log of them",
+        path.display()
+    )]
     Write {
         /// The file.
         path: PathBuf,
@@ -118,6 +130,9 @@ pub enum Cause {
     /// A process was lost.
     #[error(transparent)]
     Bus(#[from] BusError),
+    /// The log of --resume is damaged.
+    #[error(transparent)]
+    Resume(#[from] LogError),
     /// A message has no place in the log.
     #[error(transparent)]
     Order(#[from] OrderError),
@@ -133,7 +148,7 @@ impl RecordError {
     /// The process's exit code: 2 for bad input, 3 for a log that is not what it should be.
     pub fn exit_code(&self) -> u8 {
         match self {
-            RecordError::Exists { .. } | RecordError::Create { .. } => 2,
+            RecordError::Exists { .. } | RecordError::Create { .. } | RecordError::Resume(_) => 2,
             RecordError::Bus(error) => error.exit_code(),
             _ => 3,
         }
@@ -167,6 +182,7 @@ pub fn record(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Recorded, RecordError> {
     let path = options.out.clone();
+    let earlier = options.resume.as_deref().map(Log::open).transpose()?;
     let target = match Target::open(&path, options.force) {
         Ok(target) => target,
         Err(Refusal::Exists) => return Err(RecordError::Exists { path }),
@@ -189,7 +205,11 @@ pub fn record(
         }
     };
     let mut recording = Recording::start(path, target, !options.no_render)?;
-    let ended = recording.receive_all(&bus, &mut inlets, &stop, progress);
+    let begun = match (&earlier, options.from_step) {
+        (Some(log), Some(step)) => recording.go_on_from(log, step),
+        _ => Ok(()),
+    };
+    let ended = begun.and_then(|()| recording.receive_all(&bus, &mut inlets, &stop, progress));
     recording.conclude(ended)
 }
 
@@ -221,21 +241,24 @@ fn topic_of(kind: Kind) -> &'static Topic {
 /// A log that is being written.
 struct Recording {
     path: PathBuf,
-    /// A second handle, to sync what the writer has written.
+    /// A second handle, to sync what the writer has written; `None` for what can be neither synced nor written over.
     file: Option<File>,
-    writer: LogWriter<BufWriter<File>>,
+    writer: LogWriter<File>,
     sequencer: Sequencer<'static>,
+    /// The scene of the log that this one goes on from.
+    scene: Option<Vec<u8>>,
     step_count: u64,
     outcome: Option<Outcome>,
-    synced_at: Instant,
-    synced_bytes: u64,
+    flush_every: Duration,
+    flushed_at: Instant,
+    flushed_bytes: u64,
 }
 
 impl Recording {
     fn start(path: PathBuf, target: Target, renderer: bool) -> Result<Recording, RecordError> {
         let begin = || -> Result<_, WriteError> {
             let (file, handle) = target.begin()?;
-            Ok((handle, LogWriter::create(BufWriter::with_capacity(BUFFER_BYTES, file), renderer)?))
+            Ok((handle, LogWriter::create(file, renderer)?))
         };
         match begin() {
             Ok((file, writer)) => Ok(Recording {
@@ -243,13 +266,30 @@ impl Recording {
                 file,
                 writer,
                 sequencer: Sequencer::new(renderer),
+                scene: None,
                 step_count: 0,
                 outcome: None,
-                synced_at: Instant::now(),
-                synced_bytes: 0,
+                flush_every: Duration::from_secs_f64(Record::FLUSH_EVERY_S),
+                flushed_at: Instant::now(),
+                flushed_bytes: 0,
             }),
             Err(error) => Err(failed(path, Saved(Counts::default()), error)),
         }
+    }
+
+    /// Takes over what a log holds up to a step.
+    fn go_on_from(&mut self, log: &Log, last_step: u64) -> Result<(), Cause> {
+        for message in resume::messages(log, last_step)? {
+            let message = message?;
+            self.note(message.kind, &message.bytes);
+            if message.kind == Kind::Scene {
+                self.scene = Some(message.bytes.to_vec());
+            }
+            let bytes = message.bytes.into_owned();
+            self.sequencer.push(Message::new(message.kind, message.log_time_ns, bytes))?;
+            self.write_what_is_due()?;
+        }
+        Ok(())
     }
 
     /// Receives and writes until every stream is over, or until there is a reason to end before that.
@@ -278,8 +318,8 @@ impl Recording {
             let step = self.writer.counts().step_records.saturating_sub(1);
             if received {
                 progress(Progress::Recording { step, step_count: self.step_count, frames });
-                self.sync_if_due()?;
             }
+            self.flush_if_due()?;
             if inlets.iter().all(|inlet| inlet.is_over) {
                 return lost.map_or(Ok(()), |error| Err(error.into()));
             }
@@ -306,6 +346,12 @@ impl Recording {
             match inlet.subscriber.receive()? {
                 Received::Nothing => break,
                 Received::End { .. } => self.close(inlet)?,
+                // The log has this message already.
+                Received::Message(message) if inlet.kind == Kind::Scene && self.scene.is_some() => {
+                    if self.scene.as_ref() != Some(&message.bytes) {
+                        return Err(Cause::Missing("the simulator goes on from another log".to_owned()));
+                    }
+                }
                 Received::Message(message) => {
                     self.note(inlet.kind, &message.bytes);
                     let message = Message::new(inlet.kind, message.log_time_ns, message.bytes);
@@ -330,6 +376,9 @@ impl Recording {
             && let Ok(record) = serde_json::from_slice::<SceneRecord>(bytes)
         {
             self.step_count = record.scene.time.step_count();
+            // A scene from elsewhere may say anything; the default is as good.
+            self.flush_every =
+                Duration::try_from_secs_f64(record.scene.record.flush_every_s).unwrap_or(self.flush_every);
         }
         if kind == Kind::End
             && let Ok(end) = wire::decode::<End>(bytes)
@@ -345,15 +394,20 @@ impl Recording {
         Ok(())
     }
 
-    fn sync_if_due(&mut self) -> Result<(), WriteError> {
-        let bytes = self.writer.counts().state_bytes;
-        let is_due = self.synced_at.elapsed() >= SYNC_EVERY || bytes - self.synced_bytes >= SYNC_BYTES;
+    /// Brings what has been written to the disk, the chunk in progress included, when it is time to.
+    fn flush_if_due(&mut self) -> Result<(), WriteError> {
+        let bytes = self.writer.bytes();
+        let is_due =
+            self.flushed_at.elapsed() >= self.flush_every || bytes - self.flushed_bytes >= FLUSH_BYTES;
         if let Some(file) = &self.file
             && is_due
         {
-            file.sync_data()?;
-            self.synced_at = Instant::now();
-            self.synced_bytes = bytes;
+            if bytes > self.flushed_bytes {
+                self.writer.flush()?;
+                file.sync_data()?;
+                self.flushed_bytes = bytes;
+            }
+            self.flushed_at = Instant::now();
         }
         Ok(())
     }
@@ -364,7 +418,7 @@ impl Recording {
         let certain = Saved(self.writer.saved());
         let pending = self.sequencer.pending_count();
         let cause = match ended {
-            Err(Cause::Write(error @ (WriteError::Io(_) | WriteError::Container(_)))) => {
+            Err(Cause::Write(error @ WriteError::Io(_))) => {
                 return Err(failed(path, certain, error));
             }
             Err(cause) => Some(cause),

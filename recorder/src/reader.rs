@@ -180,6 +180,27 @@ impl Log {
         state.map(Some).map_err(|error| self.record_error(Kind::State, index, error))
     }
 
+    /// The last state that the log keeps up to a step, hash checked; `None` without one.
+    ///
+    /// # Errors
+    ///
+    /// [`LogError`] if states cannot be read.
+    pub fn state_at_or_before(&self, step: u64) -> Result<Option<StateMessage>, LogError> {
+        let (mut low, mut high) = (0, self.count(Kind::State));
+        while low < high {
+            let middle = low + (high - low) / 2;
+            if self.state_step(middle)? <= step {
+                low = middle + 1;
+            } else {
+                high = middle;
+            }
+        }
+        let Some(index) = low.checked_sub(1) else { return Ok(None) };
+        let message = self.nth(Kind::State, index)?;
+        let state = state::decode(&message.bytes);
+        state.map(Some).map_err(|error| self.record_error(Kind::State, index, error))
+    }
+
     /// The message of the state after a step, as it was on the bus; `None` if the log keeps none of that step.
     ///
     /// # Errors
@@ -368,7 +389,7 @@ impl Log {
     unsafe_code,
     reason = "a mapping is only sound while nobody cuts the file short, which its doc says"
 )]
-fn map(path: &Path) -> std::io::Result<memmap2::Mmap> {
+pub(crate) fn map(path: &Path) -> std::io::Result<memmap2::Mmap> {
     let file = File::open(path)?;
     if file.metadata()?.is_dir() {
         return Err(std::io::Error::other("a folder; give the log file in it"));

@@ -353,6 +353,7 @@ pub fn outcome_text(outcome: Option<&Outcome>) -> String {
         Some(Outcome::Completed) => "completed".to_owned(),
         Some(Outcome::Interrupted) => "interrupted".to_owned(),
         Some(Outcome::Stopped(reason)) => format!("stopped: {reason}"),
+        Some(Outcome::Recovered(missing)) => format!("not known: the log was recovered, {missing}"),
     }
 }
 

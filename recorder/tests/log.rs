@@ -3,7 +3,7 @@
 mod sample;
 
 use proptest::prelude::*;
-use recorder::{Health, Kind, Log, LogProblem, LogWriter, Message, WriteError};
+use recorder::{Health, Kind, Log, LogProblem, LogWriter, Message, Sink, WriteError};
 use sample::{Run, write};
 use std::io::{self, Write};
 
@@ -175,7 +175,13 @@ struct FullDisk {
     room: usize,
 }
 
-impl Write for &mut FullDisk {
+impl Sink for FullDisk {
+    fn rewrite(&mut self, offset: u64, bytes: &[u8]) -> io::Result<()> {
+        self.bytes.rewrite(offset, bytes)
+    }
+}
+
+impl Write for FullDisk {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let count = bytes.len().min(self.room - self.bytes.len());
         if count == 0 && !bytes.is_empty() {

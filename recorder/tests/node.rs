@@ -18,7 +18,8 @@ fn topic_of(kind: Kind) -> &'static Topic {
 }
 
 fn options(bus: &BusName, out: &Path) -> RecordOptions {
-    RecordOptions { bus: bus.clone(), out: out.to_owned(), force: false, no_render: false }
+    let out = out.to_owned();
+    RecordOptions { bus: bus.clone(), out, force: false, no_render: false, resume: None, from_step: None }
 }
 
 /// Publishes a role's messages of a run, in the order in which a process of this role sends them; after

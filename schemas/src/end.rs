@@ -27,4 +27,7 @@ pub enum Outcome {
     Interrupted,
     /// An audit or a broken invariant stopped the run; the text names step, ring and cause.
     Stopped(String),
+    /// Nobody said how the run ended: its log was broken and has been recovered, which wrote this record. The text names
+    /// what is missing after the last step.
+    Recovered(String),
 }

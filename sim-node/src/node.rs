@@ -99,7 +99,7 @@ pub fn exit_code(outcome: &Outcome) -> u8 {
     match outcome {
         Outcome::Completed => 0,
         Outcome::Stopped(_) => 1,
-        Outcome::Interrupted => 3,
+        Outcome::Interrupted | Outcome::Recovered(_) => 3,
     }
 }
 
@@ -249,10 +249,8 @@ pub fn run(
     publishers.handshake()?;
     publishers.publish_scene(&message)?;
     let threads = options.threads.unwrap_or(1);
-    let end = simulate(&model, &scene, threads, &mut publishers, &stop, progress)?;
-    let log_time = log_time_ns(end.step_count as f64 * model.time().time_step_s);
-    publishers.publish_end(log_time, &wire::encode(&end))?;
-    Ok(end)
+    let start = Start::of(&model);
+    Ok(simulate(&model, &scene, start, threads, publishers, &stop, progress)?)
 }
 
 /// The message of the topic `scene`.
@@ -269,53 +267,110 @@ fn state_bytes(model: &Model) -> usize {
         + contacts * size_of::<ContactState>()
 }
 
-/// Makes all steps and publishes them.
-fn simulate(
+/// Where a run begins, or goes on.
+#[derive(Debug)]
+pub struct Start {
+    state: State,
+    records: Records,
+    /// What was published before; with `None`, the state itself is the first to be.
+    published: Option<End>,
+}
+
+impl Start {
+    /// The beginning of a run.
+    pub fn of(model: &Model) -> Start {
+        Start { state: State::initial(model), records: Records::after(Hash::default()), published: None }
+    }
+
+    /// After the step of `state`, the last of the records that `records` followed.
+    ///
+    /// `scene` is what the run's messages were counted by: its states and keyframes up to this step are not published
+    /// again.
+    pub fn after(model: &Model, scene: &Scene, state: State, mut records: Records) -> Start {
+        records.stand_at(model, &state);
+        let steps = || 0..=state.step;
+        let published = End {
+            outcome: Outcome::Completed,
+            step_count: state.step,
+            state_count: steps().filter(|&step| scene.state_is_recorded(step)).count() as u64,
+            keyframe_count: steps().filter(|&step| model.time().frame_at(step).is_some()).count() as u64,
+            chained_hash: records.chained_hash(),
+        };
+        Start { state, records, published: Some(published) }
+    }
+}
+
+/// Makes all steps, publishes them, and then the end.
+///
+/// # Errors
+///
+/// [`BusError`] when a listener is lost.
+pub fn simulate(
     model: &Model,
     scene: &Scene,
+    start: Start,
+    threads: usize,
+    mut publishers: Publishers,
+    stop: &AtomicBool,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<End, BusError> {
+    let end = publish_steps(model, scene, start, threads, &mut publishers, stop, progress)?;
+    let log_time = log_time_ns(end.step_count as f64 * model.time().time_step_s);
+    publishers.publish_end(log_time, &wire::encode(&end))?;
+    Ok(end)
+}
+
+/// Makes all steps and publishes them.
+fn publish_steps(
+    model: &Model,
+    scene: &Scene,
+    start: Start,
     threads: usize,
     publishers: &mut Publishers,
     stop: &AtomicBool,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<End, BusError> {
     let step_count = model.time().step_count();
-    let mut state = State::initial(model);
     let mut scratch = Scratch::new(model, threads);
-    let mut records = Records::after(Hash::default());
-    let mut end = End {
+    let Start { mut state, mut records, published } = start;
+    evaluate(model, &state, &mut scratch);
+    let mut is_published = published.is_some();
+    let mut end = published.unwrap_or(End {
         outcome: Outcome::Completed,
         step_count: 0,
         state_count: 0,
         keyframe_count: 0,
         chained_hash: Hash::default(),
-    };
-    evaluate(model, &state, &mut scratch);
+    });
     loop {
         // Asked once a step, so that the last state is published with its step.
         let interrupted = stop.load(Ordering::Relaxed);
-        let record = records.record(model, &state, &scratch);
         let last = state.step == step_count || interrupted;
-        let log_time = log_time_ns(state.sim_time_s);
-        if scene.state_is_recorded(state.step) || last {
-            publishers.publish_state(log_time, records.state_message())?;
-            end.state_count += 1;
+        if !is_published {
+            let record = records.record(model, &state, &scratch);
+            let log_time = log_time_ns(state.sim_time_s);
+            if scene.state_is_recorded(state.step) || last {
+                publishers.publish_state(log_time, records.state_message())?;
+                end.state_count += 1;
+            }
+            let message = serde_json::to_vec(&record).expect("a step record has a JSON form");
+            publishers.publish_step(log_time, &message)?;
+            if model.time().frame_at(state.step).is_some() {
+                publishers.publish_keyframe(log_time, records.state_message())?;
+                end.keyframe_count += 1;
+            }
+            end.step_count = state.step;
+            end.chained_hash = record.chained_hash;
+            progress(Progress { steps: state.step, step_count, sim_time_s: state.sim_time_s });
+            let linked = record.audit.map_or(Ok(()), |audit| check_audit(model, &state, &audit));
+            if let Err(reason) =
+                linked.and_then(|()| records.check_momentum()).and_then(|()| records.check_energy(&record))
+            {
+                end.outcome = Outcome::Stopped(reason.to_string());
+                return Ok(end);
+            }
         }
-        let message = serde_json::to_vec(&record).expect("a step record has a JSON form");
-        publishers.publish_step(log_time, &message)?;
-        if model.time().frame_at(state.step).is_some() {
-            publishers.publish_keyframe(log_time, records.state_message())?;
-            end.keyframe_count += 1;
-        }
-        end.step_count = state.step;
-        end.chained_hash = record.chained_hash;
-        progress(Progress { steps: state.step, step_count, sim_time_s: state.sim_time_s });
-        let linked = record.audit.map_or(Ok(()), |audit| check_audit(model, &state, &audit));
-        if let Err(reason) =
-            linked.and_then(|()| records.check_momentum()).and_then(|()| records.check_energy(&record))
-        {
-            end.outcome = Outcome::Stopped(reason.to_string());
-            return Ok(end);
-        }
+        is_published = false;
         if state.step == step_count {
             return Ok(end);
         }

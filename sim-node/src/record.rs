@@ -60,6 +60,22 @@ impl Records {
         }
     }
 
+    /// Takes over a record that was made before: the audits of a run that goes on know what they knew then.
+    pub fn follow(&mut self, record: &StepRecord) {
+        if self.energy.is_some() {
+            self.drive_work += record.drive_work_j.unwrap_or(0.0);
+        }
+        self.chained_hash = record.chained_hash;
+        // It was judged when it was made; this keeps what it is judged by.
+        let _ = self.check_energy(record);
+    }
+
+    /// Takes over the state of the last record that was followed: the next step's momentum is compared with its.
+    pub fn stand_at(&mut self, model: &Model, state: &State) {
+        let angular = momentum::is_angular(model, state.step) || momentum::is_angular(model, state.step + 1);
+        self.momentum = Some((state.step, sums(model, state, angular).momentum));
+    }
+
     /// The message of the last recorded state: the bytes of the topic `state` and of the log.
     pub fn state_message(&self) -> &[u8] {
         &self.message

@@ -2,9 +2,12 @@
 
 mod bad_input;
 mod command;
+mod killed_anywhere;
 mod lost_process;
 mod main_job;
 mod questions;
+mod recovery;
+mod resumed;
 mod stopped_run;
 #[cfg(feature = "view")]
 mod view;

@@ -331,7 +331,7 @@ impl Forces {
 }
 
 /// What the log keeps.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Record {
     /// A full state every so many steps, at every frame and at the last step; a step record for every step, always.
@@ -342,11 +342,29 @@ pub struct Record {
     /// Whether the step records tell what each pin and each prescribed motion has to bear.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub reactions: bool,
+    /// At most so many seconds of a clock on the wall, or 64 MiB, of a run are lost when its processes die: so often the
+    /// log is brought to the disk. No byte of the finished log depends on it but this number itself.
+    #[serde(skip_serializing_if = "Record::is_default_flush")]
+    pub flush_every_s: f64,
+}
+
+impl Record {
+    /// Seconds between two flushes where a scene says nothing else.
+    pub const FLUSH_EVERY_S: f64 = 1.0;
+
+    fn is_default_flush(value: &f64) -> bool {
+        *value == Record::FLUSH_EVERY_S
+    }
 }
 
 impl Default for Record {
     fn default() -> Self {
-        Record { state_every: 1, error_estimate: false, reactions: false }
+        Record {
+            state_every: 1,
+            error_estimate: false,
+            reactions: false,
+            flush_every_s: Record::FLUSH_EVERY_S,
+        }
     }
 }
 

@@ -110,7 +110,7 @@ impl Time {
     /// The frame that is taken at a step, if one is.
     pub fn frame_at(&self, step: u64) -> Option<u64> {
         let guess = libm::floor(step as f64 * self.time_step_s * self.frames_per_second) as u64;
-        (guess.saturating_sub(1)..=guess + 1)
+        (guess.saturating_sub(1)..=guess.saturating_add(1))
             .find(|&frame| self.frame_step(frame) == step && frame < self.frame_count())
     }
 }

@@ -92,6 +92,11 @@ impl Scene {
         if self.record.state_every == 0 {
             return Err(refuse("record.state_every", 0, "1 or more steps"));
         }
+        // A day is as good as never, and a duration that every clock takes.
+        let flush_every_s = self.record.flush_every_s;
+        if !(0.001..=86400.0).contains(&flush_every_s) {
+            return Err(refuse_number("record.flush_every_s", flush_every_s, "0.001 to 86400 seconds"));
+        }
         render::validate(&self.render)
     }
 
