@@ -37,6 +37,8 @@ mod shorthand;
 mod sim;
 #[cfg(feature = "render")]
 mod still_frames;
+#[cfg(feature = "study")]
+mod study;
 mod verify;
 #[cfg(feature = "view")]
 mod view;
@@ -106,6 +108,9 @@ enum Verb {
     Info(info::Arguments),
     /// Say what a scene needs, and what is left out
     Plan(plan::Arguments),
+    /// Measure error against run time, stability and scaling, and write a report
+    #[cfg(feature = "study")]
+    Study(study::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -132,6 +137,8 @@ fn main() -> ExitCode {
         Verb::View(arguments) => view::run(&arguments),
         Verb::Info(arguments) => info::run(&arguments),
         Verb::Plan(arguments) => plan::run(&arguments),
+        #[cfg(feature = "study")]
+        Verb::Study(arguments) => study::run(&arguments),
     };
     exit_code(outcome)
 }

@@ -27,7 +27,10 @@ pub fn run(arguments: &Arguments) -> Outcome {
     #[cfg_attr(not(feature = "render"), expect(unused_mut))]
     let (_, mut plan) = sim_node::Model::compile(&scene).map_err(|error| refused(&error))?;
     #[cfg(feature = "render")]
-    plan.entries.extend(render_node::RenderModel::compile(&scene).1.entries);
+    {
+        let (_, looks) = render_node::RenderModel::try_compile(&scene).map_err(|error| refused(&error))?;
+        plan.entries.extend(looks.entries);
+    }
     if arguments.json { print_json(&plan) } else { print(&table(&plan)) }
 }
 

@@ -61,8 +61,14 @@ pub fn run(arguments: &Arguments) -> Outcome {
     // A scene that cannot be simulated is refused before anything is made.
     // The simulator gets the very text that was checked.
     let (scene, text) = scene_file::load(&arguments.scene, &arguments.set, arguments.seed)?;
-    Model::compile(&scene)
-        .map_err(|error| Failure::input(format!("{}: {error}", arguments.scene.display())))?;
+    let refused =
+        |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", arguments.scene.display()));
+    Model::compile(&scene).map_err(|error| refused(&error))?;
+    // The simulator does not know of surfaces that are only looked at.
+    #[cfg(feature = "render")]
+    if !arguments.no_render && !scene.render.surfaces.is_empty() {
+        render_node::RenderModel::try_compile(&scene).map_err(|error| refused(&error))?;
+    }
     let stem = arguments.scene.file_stem().map_or("scene".into(), |stem| stem.to_string_lossy());
     let folder = output::make(arguments.out.as_deref(), &stem, arguments.force)?;
     let no_render = arguments.no_render || !cfg!(feature = "render");

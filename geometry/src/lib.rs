@@ -36,6 +36,7 @@ pub mod arc;
 pub mod bernstein;
 pub mod capsule;
 pub mod circle;
+pub mod companion;
 pub mod cuboid;
 pub mod gauss;
 pub mod lanes;
@@ -55,6 +56,7 @@ mod shift;
 pub use aabb::Aabb;
 pub use arc::{Arc, Arcs};
 pub use circle::{Circle, ClosestPoints, closest_points, linked, point_circle_distance};
+pub use companion::RootFinder;
 pub use gauss::GaussRule;
 
 /// A vector or point of three `f64`; unit and frame as the place that uses it says.

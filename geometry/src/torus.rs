@@ -6,7 +6,7 @@
 //! quartic `y^2 + z^2 - r^2` comes out with an error of `1e-16` times the *local* size of `y`, however
 //! thin the wire is.
 
-use crate::{Aabb, Circle, Vec3, bernstein, shift::closest_approach};
+use crate::{Aabb, Circle, Vec3, bernstein, companion, shift::closest_approach};
 
 /// The clip volumes are larger than the torus by this part, so that a ray never starts on the surface
 /// it is looking for (in its own plane a ray enters the enclosing sphere and the torus at one point).
@@ -33,16 +33,44 @@ pub fn ray_torus(
     minor_radius: f64,
     t_min: f64,
 ) -> Option<f64> {
+    crossing::<false>(origin, direction, major_radius, minor_radius, t_min)
+}
+
+/// [`ray_torus`] with the roots of the same quartic found by [`companion::find_root`]: to compare, and slower. A double root
+/// may count.
+pub fn ray_torus_by_companion(
+    origin: &Vec3,
+    direction: &Vec3,
+    major_radius: f64,
+    minor_radius: f64,
+    t_min: f64,
+) -> Option<f64> {
+    crossing::<true>(origin, direction, major_radius, minor_radius, t_min)
+}
+
+#[inline]
+fn crossing<const COMPANION: bool>(
+    origin: &Vec3,
+    direction: &Vec3,
+    major_radius: f64,
+    minor_radius: f64,
+    t_min: f64,
+) -> Option<f64> {
     let outer = (major_radius + minor_radius) * (1.0 + MARGIN);
     let (s, p) = closest_approach(origin, direction, outer);
     let clip = Clip::new(&p, direction, major_radius, minor_radius, t_min - s)?;
     let ray = Ray { p, direction, major_radius, r_squared: minor_radius * minor_radius, clip };
     let mut hit = f64::NAN;
-    bernstein::find_root(&ray.quartic(), |x| {
+    let accept = |x| {
         hit = s + ray.polish(clip.start + x * (clip.end - clip.start));
         hit > t_min
-    })
-    .map(|_| hit)
+    };
+    let found = if COMPANION {
+        companion::find_root(&ray.quartic(), accept)
+    } else {
+        bernstein::find_root(&ray.quartic(), accept)
+    };
+    found.map(|_| hit)
 }
 
 /// The part of a ray that may meet the torus; `u = t - s` counts from the point `p` of closest approach.

@@ -71,6 +71,6 @@ pub use model::RenderModel;
 pub use picture::{png_bytes, srgb_bytes, srgb_code};
 pub use ray::Ray;
 pub use sampler::Sampler;
-pub use solids::initial_states;
+pub use solids::{FormulaRefused, initial_states};
 pub use tone::tone_map;
 pub use world::{Hit, PoseError, World};

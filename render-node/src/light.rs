@@ -251,3 +251,97 @@ impl Environment {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use random::Stream;
+
+    fn unit(stream: &mut Stream) -> f64 {
+        let bits = u64::from(stream.word()) << 32 | u64::from(stream.word());
+        (bits >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// A chi-squared test of `sample` against `pdf`: directions from a point, counted in bins of the sphere, against the
+    /// sum of the density over directions that meet the light, evenly spread over each bin.
+    #[test]
+    fn area_lights_are_sampled_with_the_density_that_is_claimed() {
+        const POLAR: usize = 12;
+        const TURNS: usize = 24;
+        const SAMPLES: u32 = 100_000;
+        const PARTS: u32 = 48;
+        let ball = |position_m, radius_m| Light::Sphere { position_m, radius_m, radiance: [1.0; 3] };
+        let sheet = |corner_m, edge_u_m, edge_v_m| Light::Rectangle {
+            corner_m,
+            edge_u_m,
+            edge_v_m,
+            radiance: [1.0; 3],
+        };
+        let point = Vec3::new(0.2, -0.1, 0.3);
+        for (name, light) in [
+            ("ball", ball([1.0, 1.5, 2.0], 1.2)),
+            ("ball around the point", ball([0.0, 0.5, 0.0], 1.5)),
+            ("parallelogram", sheet([-1.0, -2.0, 1.5], [0.5, 2.5, 0.3], [2.0, 0.2, -0.4])),
+            ("slanting parallelogram", sheet([1.0, -1.0, -0.5], [0.0, 0.3, 2.0], [-0.1, 2.5, 0.0])),
+        ] {
+            let light = AreaLight::new(&light).expect("it has an area");
+            let mut stream = Stream::new(3, 0, b"chainmail's test");
+            let bin = |direction: &Vec3| {
+                let place = |share: f64, bins: usize| ((share * bins as f64) as usize).min(bins - 1);
+                let turn = libm::atan2(direction.y, direction.x) / (2.0 * PI) + 0.5;
+                place(0.5 * (direction.z + 1.0), POLAR) * TURNS + place(turn, TURNS)
+            };
+            let mut counts = vec![0_u32; POLAR * TURNS];
+            let mut turned_away = 0;
+            for _ in 0..SAMPLES {
+                let Some(sample) = light.sample(&point, (unit(&mut stream), unit(&mut stream))) else {
+                    turned_away += 1;
+                    continue;
+                };
+                let pdf = light.pdf(&point, &sample.direction, sample.distance);
+                assert!((sample.pdf / pdf - 1.0).abs() < 1e-9, "{name}: {} against {pdf}", sample.pdf);
+                counts[bin(&sample.direction)] += 1;
+            }
+            assert_eq!(turned_away, 0, "{name} shines to the point");
+            let mut expected = vec![0.0; POLAR * TURNS];
+            for k in 0..POLAR as u32 * PARTS {
+                let z = 2.0 * (f64::from(k) + 0.5) / f64::from(POLAR as u32 * PARTS) - 1.0;
+                for l in 0..TURNS as u32 * PARTS {
+                    let turn = (f64::from(l) + 0.5) / f64::from(TURNS as u32 * PARTS) - 0.5;
+                    let (sine, cosine) = libm::sincos(2.0 * PI * turn);
+                    let radius = (1.0 - z * z).sqrt();
+                    let direction = Vec3::new(radius * cosine, radius * sine, z);
+                    if let Some(distance) = light.hit(&Ray::new(point, direction), 0.0) {
+                        expected[bin(&direction)] += light.pdf(&point, &direction, distance);
+                    }
+                }
+            }
+            let cell = 4.0 * PI / (POLAR * TURNS) as f64 / f64::from(PARTS * PARTS);
+            let whole = expected.iter().sum::<f64>() * cell;
+            // Bins where too few are expected are tested together.
+            let (mut chi_squared, mut degrees, mut rest) = (0.0, -1.0, (0.0, 0.0));
+            let mut test = |count: f64, expected: f64| {
+                chi_squared += (count - expected) * (count - expected) / expected;
+                degrees += 1.0;
+            };
+            for (&count, &density) in counts.iter().zip(&expected) {
+                let (count, expected) = (f64::from(count), density * cell * f64::from(SAMPLES));
+                if expected < 50.0 {
+                    rest = (rest.0 + count, rest.1 + expected);
+                } else {
+                    test(count, expected);
+                }
+            }
+            if rest.1 > 50.0 {
+                test(rest.0, rest.1);
+            }
+            // Five deviations of chi-squared above its mean, and what the sum over the light's edge is wrong by: cells of 1/48
+            // of a bin's side, along an edge through a few bins, some thousandths of the count there.
+            let limit = degrees + 5.0 * (2.0_f64 * degrees).sqrt() + 10.0;
+            println!(
+                "{name}: chi-squared {chi_squared:.1} of {degrees} degrees, limit {limit:.1}; density adds up to {whole:.4}"
+            );
+            assert!(chi_squared < limit && (whole - 1.0).abs() < 5e-3, "{name}");
+        }
+    }
+}

@@ -3,12 +3,11 @@
 use crate::bsdf::Bsdf;
 use crate::environment::EnvironmentMap;
 use crate::light::{AreaLight, Environment, Sun};
-use crate::solids::SolidShape;
+use crate::solids::{FormulaRefused, SolidFrame, SolidShape};
 use geometry::Vec3;
-use geometry::polynomial::SolidError;
 use schemas::plan::Plan;
 use schemas::scene::Scene;
-use schemas::scene::render::{self, Render, UNLIMITED};
+use schemas::scene::render::{self, Render, RootFinder, UNLIMITED};
 
 /// What a scene looks like apart from the poses of its bodies. Immutable.
 #[derive(Clone, Debug)]
@@ -19,8 +18,11 @@ pub struct RenderModel {
     frames_per_second: f64,
     pub(crate) rings: Vec<RingShape>,
     pub(crate) spheres: Vec<SphereShape>,
-    /// Capsules, boxes and polynomial bodies, with their looks.
+    /// Capsules, boxes, polynomial bodies and then surfaces that are only looked at, with their looks. By the companion
+    /// matrix rings and spheres are the first of them, and `rings` and `spheres` are empty.
     pub(crate) solids: Vec<(SolidShape, u32)>,
+    /// Where the surfaces that are only looked at are: the last of the solids.
+    pub(crate) sheets: Vec<SolidFrame>,
     pub(crate) planes: Vec<PlaneShape>,
     pub(crate) lights: Vec<AreaLight>,
     pub(crate) suns: Vec<Sun>,
@@ -114,12 +116,12 @@ impl RenderModel {
     ///
     /// # Errors
     ///
-    /// [`SolidError`] if a polynomial's formula is not that of a body.
+    /// [`FormulaRefused`] if a polynomial's formula is not that of a body, or a surface's shows nothing.
     ///
     /// # Panics
     ///
     /// If the scene still has weaves.
-    pub fn try_compile(scene: &Scene) -> Result<(RenderModel, Plan), SolidError> {
+    pub fn try_compile(scene: &Scene) -> Result<(RenderModel, Plan), FormulaRefused> {
         Self::compile_with(scene, false)
     }
 
@@ -128,24 +130,30 @@ impl RenderModel {
         Self::compile_with(scene, true).unwrap_or_else(|error| panic!("{error}")).0
     }
 
-    fn compile_with(scene: &Scene, everything: bool) -> Result<(RenderModel, Plan), SolidError> {
+    fn compile_with(scene: &Scene, everything: bool) -> Result<(RenderModel, Plan), FormulaRefused> {
         assert!(scene.weaves.is_empty(), "{} weaves are not laid out: use Scene::parse", scene.weaves.len());
         let render = &scene.render;
         let mut looks = Looks::new(render);
-        let rings = scene.rings.iter().map(|ring| RingShape {
+        let companion = render.root_finder == RootFinder::Companion;
+        let round = if companion { SolidShape::round(scene) } else { Vec::new() };
+        let rings = scene.rings.iter().filter(|_| !companion).map(|ring| RingShape {
             major_radius: ring.major_radius_m,
             minor_radius: ring.minor_radius_m,
             look: looks.of_material(&ring.material),
         });
         let rings = rings.collect::<Vec<_>>();
-        let spheres = scene
-            .spheres
-            .iter()
+        let spheres = scene.spheres.iter().filter(|_| !companion);
+        let spheres = spheres
             .map(|sphere| SphereShape { radius: sphere.radius_m, look: looks.of_material(&sphere.material) });
         let spheres = spheres.collect::<Vec<_>>();
-        let solids =
-            SolidShape::of(scene)?.into_iter().map(|(shape, material)| (shape, looks.of_material(material)));
-        let solids = solids.collect::<Vec<_>>();
+        let solids = round.into_iter().chain(SolidShape::of(scene)?);
+        let mut solids =
+            solids.map(|(shape, material)| (shape, looks.of_material(material))).collect::<Vec<_>>();
+        let mut sheets = Vec::new();
+        for (shape, look, frame) in SolidShape::sheets(scene)? {
+            solids.push((shape, looks.of_material(look)));
+            sheets.push(frame);
+        }
         let planes = scene.planes.iter().map(|plane| {
             let normal = Vec3::from(plane.normal);
             let look = looks.of_material(&plane.material);
@@ -174,7 +182,7 @@ impl RenderModel {
                     || ["area", "sun", "environment"].iter().any(|name| plan.needs(&format!("light/{name}"))),
                 emitters: everything || plan.needs("look/emitter"),
                 bodies: everything
-                    || ["ring", "sphere", "capsule", "box", "polynomial"]
+                    || ["ring", "sphere", "capsule", "box", "polynomial", "surface"]
                         .iter()
                         .any(|name| plan.needs(&format!("shape/{name}"))),
             },
@@ -182,6 +190,7 @@ impl RenderModel {
             rings,
             spheres,
             solids,
+            sheets,
             planes,
             lights,
             suns,
@@ -222,9 +231,9 @@ impl RenderModel {
         (left, top, width, height)
     }
 
-    /// Number of moving bodies: all but planes.
+    /// Number of moving bodies: all but planes and surfaces that are only looked at.
     pub fn body_count(&self) -> usize {
-        self.rings.len() + self.spheres.len() + self.solids.len()
+        self.rings.len() + self.spheres.len() + self.solids.len() - self.sheets.len()
     }
 
     /// A ray does not meet a surface nearer to its origin than this, in metres, so that it does not meet the
@@ -236,7 +245,8 @@ impl RenderModel {
         let radii = self.rings.iter().map(|ring| ring.minor_radius);
         let radii = radii.chain(self.spheres.iter().map(|sphere| sphere.radius));
         let radii = radii.chain(self.solids.iter().map(|(shape, _)| shape.detail()));
-        1e-6 * radii.fold(1.0, |least, radius| if radius < least { radius } else { least })
+        let least = radii.reduce(|least, radius| if radius < least { radius } else { least });
+        1e-6 * least.unwrap_or(1.0)
     }
 }
 
@@ -290,6 +300,7 @@ fn plan(scene: &Scene, lit: usize, suns: usize) -> Plan {
         ("capsule", scene.capsules.len(), "capsule"),
         ("box", scene.boxes.len(), "solid box"),
         ("polynomial", scene.polynomials.len(), "polynomial"),
+        ("surface", render.surfaces.len(), "surface"),
     ];
     for (name, count, what) in others {
         if count > 0 {
@@ -300,6 +311,9 @@ fn plan(scene: &Scene, lit: usize, suns: usize) -> Plan {
             };
             plan.push(&format!("shape/{name}"), true, reason);
         }
+    }
+    if render.root_finder == RootFinder::Companion {
+        plan.push("shape/companion", true, "root_finder is \"companion\": to compare, and slow");
     }
     plan.push(
         "light/area",

@@ -5,9 +5,9 @@ use crate::film::{Film, SamplePlace};
 use crate::frame::{Job, render_while};
 use crate::model::RenderModel;
 use crate::picture::png_bytes;
+use crate::solids::FormulaRefused;
 use crate::world::PoseError;
 use bus::{Bus, BusError, BusName, Message, Publisher, Received, Subscriber};
-use geometry::polynomial::SolidError;
 use prost::Message as _;
 use schemas::Hash;
 use schemas::frame::{CompressedImage, FrameInfo};
@@ -74,7 +74,7 @@ pub enum NodeError {
     },
     /// A polynomial body's formula is not that of a body.
     #[error("the scene cannot be shown: {0}")]
-    Surface(#[from] SolidError),
+    Surface(#[from] FormulaRefused),
     /// The environment map's file cannot be read.
     #[error(
         "render.environment.file {file}: {source}; it is looked for from the folder that the renderer is started in"

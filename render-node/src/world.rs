@@ -21,8 +21,8 @@ use schemas::state::BodyState;
 pub struct Hit {
     /// Distance from the ray's origin, in metres.
     pub distance: f64,
-    /// Number of the surface: rings, spheres, capsules, boxes, polynomials, planes and lights, in this order and each as
-    /// in the scene.
+    /// Number of the surface: rings, spheres, capsules, boxes, polynomials, surfaces that are only looked at, planes and
+    /// lights, in this order and each as in the scene.
     pub surface: u32,
 }
 
@@ -141,9 +141,12 @@ impl<'a> World<'a> {
         });
         let sphere_centres = spheres.iter().map(|state| Vec3::from(state.position_m)).collect();
         let ray_start = model.ray_start();
-        let solids = solids.iter().map(SolidFrame::new).collect();
+        let solids = solids.iter().map(SolidFrame::new).chain(model.sheets.iter().copied());
+        let solids: Vec<_> = solids.collect();
         let rings: Vec<_> = rings.collect();
-        let wires = || rings.iter().map(RingFrame::wire).collect::<Vec<_>>();
+        let among_solids =
+            || solids.iter().zip(&model.solids).filter_map(|(frame, (shape, _))| frame.wire(shape));
+        let wires = || rings.iter().map(RingFrame::wire).chain(among_solids()).collect::<Vec<_>>();
         let colours = match model.render.colouring.by {
             ColourBy::Penetration => colour::surfaces(&model.render.colouring, all, &wires()),
             _ => colour::surfaces(&model.render.colouring, all, &[]),

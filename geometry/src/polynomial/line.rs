@@ -1,7 +1,11 @@
 //! A polynomial along a straight line.
 
-use super::{DEGREE_MAX, Polynomial};
-use crate::{Vec3, bernstein};
+use super::{DEGREE_MAX, Polynomial, Term, powers};
+use crate::{RootFinder, Vec3, bernstein, companion};
+
+/// Rounding error of a Bernstein coefficient or a value over the sum of the terms' absolute values: two for each of sixteen
+/// products and as many sums, at half a unit in the last place each, and four times that.
+const ROUNDING: f64 = 1.0 / (1u64 << 46) as f64;
 
 /// Coefficients of a polynomial in one variable, up to the largest degree.
 pub(super) type Coefficients = [f64; DEGREE_MAX + 1];
@@ -114,6 +118,18 @@ impl Polynomial {
     /// ascending order, and returns the first one for which it says true. What counts as a root is told in
     /// [`crate::bernstein`].
     pub fn find_root(&self, start: &Vec3, end: &Vec3, accept: impl FnMut(f64) -> bool) -> Option<f64> {
+        self.find_root_by(RootFinder::Bernstein, start, end, accept)
+    }
+
+    /// The same by another root finder.
+    #[inline]
+    fn find_root_by(
+        &self,
+        finder: RootFinder,
+        start: &Vec3,
+        end: &Vec3,
+        accept: impl FnMut(f64) -> bool,
+    ) -> Option<f64> {
         let coefficients = self.along(start, end);
         macro_rules! of_degree {
             ($($n:literal)*) => {
@@ -121,7 +137,10 @@ impl Polynomial {
                     $($n => {
                         let exact: &[f64; $n + 1] =
                             coefficients.first_chunk().expect("there are as many as the largest degree has");
-                        bernstein::find_root(exact, accept)
+                        match finder {
+                            RootFinder::Bernstein => bernstein::find_root(exact, accept),
+                            RootFinder::Companion => companion::find_root(exact, accept),
+                        }
                     })*
                     // A constant has no roots.
                     _ => None,
@@ -131,34 +150,68 @@ impl Polynomial {
         of_degree!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16)
     }
 
-    /// The first root beyond `t_min` along `origin + t direction` up to the bounds, with two Newton steps on the formula
+    /// The first crossing beyond `t_min` along `origin + t direction` up to the bounds, with two Newton steps on the formula
     /// itself.
+    ///
+    /// # Double roots
+    /// Where `F` touches 0 and turns back there is no crossing; but rounding may make two of it. So a root counts alone only
+    /// if `F` certainly gets beyond its rounding error between it and the next: by the parabola there, to the depth
+    /// `F'^2 / (2 |F''|)`. Of roots in a row that do not, each two cancel out: a double or fourfold root is none, a triple one is
+    /// a crossing, at any rounding.
     pub fn first_root(
         &self,
         origin: &Vec3,
         direction: &Vec3,
         (start, end): (f64, f64),
         t_min: f64,
+        finder: RootFinder,
     ) -> Option<f64> {
         let at = |t: f64| origin + direction * t;
-        let mut hit = f64::NAN;
-        self.find_root(&at(start), &at(end), |s| {
-            hit = self.polished(origin, direction, (start, end), start + s * (end - start));
-            hit > t_min
-        })
-        .map(|_| hit)
+        let (from, to) = (at(start), at(end));
+        let (mut crossing, mut doubtful) = (None, None);
+        self.find_root_by(finder, &from, &to, |s| {
+            let t = start + s * (end - start);
+            let jet = self.jet(&at(t));
+            let (slope, bend) = (jet.gradient.dot(direction), jet.second_times(direction).dot(direction));
+            let is_doubtful = slope * slope <= 2.0 * bend.abs() * self.rounding(&from, &to);
+            // Newton's steps lead away from a double root.
+            let step_max = if is_doubtful { 0.0 } else { 1e-6 * (end - start) };
+            let t = self.polished(origin, direction, t - corrected(jet.value / slope, step_max), step_max);
+            if !(t > t_min) {
+                return false;
+            }
+            if is_doubtful {
+                doubtful = if doubtful.is_none() { Some(t) } else { None };
+                return false;
+            }
+            crossing = Some(t);
+            true
+        });
+        // One that is left over lies before any crossing that is certain.
+        doubtful.or(crossing)
     }
 
-    /// Two Newton steps; one that is too large to be a correction is not taken.
-    fn polished(&self, origin: &Vec3, direction: &Vec3, (start, end): (f64, f64), mut t: f64) -> f64 {
-        let step_max = 1e-6 * (end - start);
-        for _ in 0..2 {
-            let (value, gradient) = self.value_and_gradient(&(origin + direction * t));
-            let step = value / gradient.dot(direction);
-            if step < step_max && step > -step_max {
-                t -= step;
-            }
-        }
-        t
+    /// What rounding may do to a value between two points: a part of the sum of the terms' largest absolute values there.
+    fn rounding(&self, from: &Vec3, to: &Vec3) -> f64 {
+        let [x, y, z] = [0, 1, 2].map(|axis| {
+            let (a, b) = (from[axis].abs(), to[axis].abs());
+            powers(if a > b { a } else { b })
+        });
+        let term = |term: &Term| {
+            let [i, j, k] = term.powers.map(|power| usize::from(power) + 2);
+            term.coefficient.abs() * (x[i] * y[j] * z[k])
+        };
+        ROUNDING * self.terms.iter().map(term).sum::<f64>()
     }
+
+    /// Another Newton step.
+    fn polished(&self, origin: &Vec3, direction: &Vec3, t: f64, step_max: f64) -> f64 {
+        let (value, gradient) = self.value_and_gradient(&(origin + direction * t));
+        t - corrected(value / gradient.dot(direction), step_max)
+    }
+}
+
+/// A step, or none if it is too large to be a correction.
+fn corrected(step: f64, step_max: f64) -> f64 {
+    if step < step_max && step > -step_max { step } else { 0.0 }
 }

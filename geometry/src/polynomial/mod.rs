@@ -1,18 +1,20 @@
-//! Bodies bounded by a polynomial in x, y and z: `F < 0` inside.
+//! Bodies bounded by a polynomial in x, y and z, `F < 0` inside, and surfaces `F = 0` to look at.
 //!
 //! A formula is read by [`Polynomial::parse`], within limits that a hostile one cannot exceed. Along a straight line it
 //! becomes a polynomial in one variable, in Bernstein form, whose roots [`crate::bernstein`] isolates with proof
 //! ([`Polynomial::first_root`]). [`Solid`] adds what a rigid body needs: mass properties, closest points,
-//! rays, in the frame of its principal axes.
+//! rays, in the frame of its principal axes. [`Surface`] is a sheet to look at, which need not be closed.
 
 mod closest;
 mod line;
 mod mass;
 mod parse;
 mod solid;
+mod surface;
 
 pub use parse::{DEGREE_MAX, FormulaError};
 pub use solid::{Solid, SolidError};
+pub use surface::{Bounds, Surface, SurfaceError};
 
 use crate::Vec3;
 

@@ -2,7 +2,8 @@
 
 use super::closest::Stationary;
 use super::{FormulaError, Polynomial};
-use crate::Vec3;
+use crate::shift::closest_approach;
+use crate::{RootFinder, Vec3};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 
 /// Lines along which mass properties are integrated, in each of two directions.
@@ -247,11 +248,15 @@ impl Solid {
     /// Ray parameter of the first crossing of the surface beyond `t_min` (m), or `None`; from inside it is the exit. Body
     /// frame; `direction` is a unit vector.
     pub fn ray(&self, origin: &Vec3, direction: &Vec3, t_min: f64) -> Option<f64> {
+        self.ray_by(RootFinder::Bernstein, origin, direction, t_min)
+    }
+
+    /// The same by another root finder.
+    pub fn ray_by(&self, finder: RootFinder, origin: &Vec3, direction: &Vec3, t_min: f64) -> Option<f64> {
         let direction = self.rotation * direction;
         let origin = self.rotation * (origin / self.scale) + self.centre;
         // Counted from the closest approach to the formula's origin, for origins far away.
-        let s = -origin.dot(&direction);
-        let near = origin + direction * s;
+        let (s, near) = closest_approach(&origin, &direction, self.bound);
         let inside = self.bound * self.bound - near.norm_squared();
         if !(inside > 0.0) {
             return None;
@@ -262,7 +267,7 @@ impl Solid {
         if !(start < half) {
             return None;
         }
-        let hit = self.polynomial.first_root(&near, &direction, (start, half), least)?;
+        let hit = self.polynomial.first_root(&near, &direction, (start, half), least, finder)?;
         Some((hit + s) * self.scale)
     }
 

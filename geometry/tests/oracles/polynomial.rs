@@ -1,8 +1,9 @@
 //! Polynomial bodies against closed forms and dense sampling.
 
+use crate::double_double::{Double, roots};
 use crate::random::Random;
-use geometry::polynomial::{Polynomial, Solid};
-use geometry::{Vec3, torus};
+use geometry::polynomial::{Bounds, Polynomial, Solid, Surface, SurfaceError};
+use geometry::{RootFinder, Vec3, torus};
 
 /// A torus with R = 2, r = 1, in the formula's units.
 const TORUS: &str = "(x^2 + y^2 + z^2 + 3)^2 - 16*(x^2 + y^2)";
@@ -245,4 +246,128 @@ fn bodies_that_are_none_are_refused() {
     assert!(refuse("1 - x^2 - y^2 - z^2", 2.0).contains("turn the formula's sign round"));
     assert!(refuse("x +* y", 2.0).contains("at character 4"));
     assert!(refuse("3", 2.0).starts_with("no point with F < 0"));
+}
+
+/// Chebyshev polynomials of degree 12 and 16: as wild as a polynomial of its degree can be between -1 and 1.
+const CHEBYSHEV: [(usize, &[i64]); 2] = [
+    (12, &[1, -72, 840, -3584, 6912, -6144, 2048]),
+    (16, &[1, -128, 2688, -21504, 84480, -180224, 212992, -131072, 32768]),
+];
+
+/// The sum of two polynomials, the longer one first.
+fn sum(mut a: Vec<Double>, b: &[Double]) -> Vec<Double> {
+    for (a, b) in a.iter_mut().zip(b) {
+        *a = *a + *b;
+    }
+    a
+}
+
+fn product(a: &[Double], b: &[Double]) -> Vec<Double> {
+    let mut product = vec![Double::from(0.0); a.len() + b.len() - 1];
+    for (i, x) in a.iter().enumerate() {
+        for (j, y) in b.iter().enumerate() {
+            product[i + j] = product[i + j] + *x * *y;
+        }
+    }
+    product
+}
+
+/// Chmutov's surfaces `T(x) + T(y) + T(z) = 0.3` of degree 12 and 16, whose rays have up to as many roots: each by both
+/// finders against bisection in twice the precision.
+#[test]
+fn surfaces_of_degree_twelve_and_sixteen_agree_with_twice_the_precision() {
+    for (degree, even) in CHEBYSHEV {
+        let of = |axis: &str| {
+            let terms = even.iter().enumerate().rev().map(|(half, c)| format!("{c}*{axis}^{}", 2 * half));
+            terms.collect::<Vec<_>>().join(" + ").replace("+ -", "- ")
+        };
+        let formula = format!("{} + {} + {} - 0.3", of("x"), of("y"), of("z"));
+        let surface = Surface::new(&formula, 1.0, Bounds::Ball(1.0)).unwrap();
+        let mut random = Random(75);
+        let (mut hits, mut misses, mut roots_of_all) = (0, 0, 0);
+        let (mut worst, mut wrong) = ([0.0_f64; 2], [0; 2]);
+        for _ in 0..250 {
+            let origin = random.direction() * random.uniform(1.5, 3.0);
+            let direction = (random.direction() * random.uniform(0.0, 1.0) - origin).normalize();
+            let mut along = vec![Double::from(0.0); degree + 1];
+            along[0] = Double::from(-0.3);
+            // About the middle of the chord, exactly.
+            let s = -origin.dot(&direction);
+            for axis in 0..3 {
+                let line = [
+                    Double::from(origin[axis]) + Double::from(s) * Double::from(direction[axis]),
+                    Double::from(direction[axis]),
+                ];
+                let square = product(&line, &line);
+                let mut value = vec![Double::from(0.0)];
+                for &c in even.iter().rev() {
+                    value = product(&value, &square);
+                    value[0] = value[0] + Double::from(c as f64);
+                }
+                along = sum(along, &value[..=degree]);
+            }
+            let near = origin + direction * s;
+            let half = (1.0 - near.norm_squared()).sqrt();
+            let all = roots(&along, Double::from(-half), Double::from(half));
+            roots_of_all += all.len();
+            let expected = all.first().map(|u| (Double::from(s) + *u).high);
+            for (index, finder) in [RootFinder::Bernstein, RootFinder::Companion].into_iter().enumerate() {
+                match (surface.ray(&origin, &direction, 0.0, finder), expected) {
+                    (Some(t), Some(expected)) if (t - expected).abs() < 1e-3 => {
+                        let slope = surface.normal(&(origin + direction * expected)).dot(&direction).abs();
+                        let off = (t - expected).abs() * slope;
+                        worst[index] = if off > worst[index] { off } else { worst[index] };
+                    }
+                    (None, None) => {}
+                    _ => wrong[index] += 1,
+                }
+            }
+            hits += i32::from(expected.is_some());
+            misses += i32::from(expected.is_none());
+        }
+        // A value is wrong by some roundings of the sum of its terms' absolute values, three times those of the coefficients;
+        // the slope is of some tens.
+        let coefficients: f64 = even.iter().map(|&c| (c as f64).abs()).sum();
+        let tolerance = 1e-17 * coefficients;
+        println!(
+            "degree {degree}: {hits} hits, {misses} misses, {roots_of_all} roots; bernstein {} wrong, {:.1e} off; companion \
+             {} wrong, {:.1e} off; allowed 0, {tolerance:.1e}",
+            wrong[0], worst[0], wrong[1], worst[1]
+        );
+        assert!(hits > 100 && wrong[0] == 0 && worst[0] < tolerance);
+    }
+}
+
+/// Rays that touch a double sheet, and rays through it, on bodies whose formula has a square factor.
+#[test]
+fn double_roots_are_no_crossings_whatever_rounding_makes_of_them() {
+    let mut random = Random(76);
+    // Squares of forms with coefficients that are not exact; and the square times something that is crossed.
+    for (formula, crossed) in [
+        ("(0.3*x + 0.7*y - 0.1*z)^2*(x^2 + y^2 + z^2 + 0.2)", false),
+        ("(x^2 + 1.1*y^2 + 0.7*z^2 - 0.37)^4", false),
+        ("(x^2 + y^2 + z^2 - 0.37)^2*(x^2 + y^2 + z^2 - 0.81)", true),
+    ] {
+        let found = Surface::new(formula, 1.0, Bounds::Ball(1.0));
+        let (mut rays, mut crossings) = (0, 0);
+        match &found {
+            Ok(surface) => {
+                for _ in 0..20_000 {
+                    let origin = random.direction() * 3.0;
+                    let direction = (random.direction() * random.uniform(0.0, 0.85) - origin).normalize();
+                    let t = surface.ray(&origin, &direction, 0.0, RootFinder::Bernstein);
+                    let t = t.unwrap_or_else(|| panic!("{formula}: {origin:?} {direction:?}"));
+                    rays += 1;
+                    crossings += i32::from(((origin + direction * t).norm() - 0.9).abs() > 1e-9);
+                    // From the outer sphere on: through the inner one to the other side.
+                    let on = surface.ray(&origin, &direction, t + 1e-6, RootFinder::Bernstein);
+                    let on = on.unwrap_or_else(|| panic!("{formula}: {origin:?} {direction:?} from {t:?}"));
+                    crossings += i32::from(((origin + direction * on).norm() - 0.9).abs() > 1e-9);
+                }
+            }
+            Err(error) => assert_eq!(*error, SurfaceError::Nothing),
+        }
+        println!("{formula}: {rays} rays, {crossings} crossings of the double sheet, allowed 0");
+        assert_eq!((found.is_ok(), crossings), (crossed, 0));
+    }
 }

@@ -131,7 +131,7 @@ fn residual(coefficients: &[f64], polynomial: &Whole, x: f64) -> f64 {
 
 /// Counts, and what was found.
 #[derive(Default)]
-struct Tally {
+pub struct Tally {
     polynomials: usize,
     roots: usize,
     /// Counts that differ, all of them where a change in the last bits changes the exact count, too.
@@ -140,7 +140,16 @@ struct Tally {
 }
 
 impl Tally {
-    fn check<const N: usize>(&mut self, coefficients: &[f64; N]) {
+    /// Roots in all, counted exactly.
+    pub fn root_count(&self) -> usize {
+        self.roots
+    }
+
+    pub fn decided_by_rounding(&self) -> usize {
+        self.decided_by_rounding
+    }
+
+    pub fn check<const N: usize>(&mut self, coefficients: &[f64; N]) {
         let mut found = Vec::new();
         for_each_root(coefficients, |x| found.push(x));
         let polynomial = exactly(coefficients);

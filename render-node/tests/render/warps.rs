@@ -56,3 +56,42 @@ fn uniform_cone_has_its_density() {
         );
     }
 }
+
+/// A chi-squared test of counts in bins of equal share.
+fn check_equal(what: &str, counts: &[u32]) {
+    let expected = f64::from(counts.iter().sum::<u32>()) / counts.len() as f64;
+    assert!(expected > 20.0, "the bins are too small for the test");
+    let off = |&count: &u32| (f64::from(count) - expected) * (f64::from(count) - expected) / expected;
+    let chi_squared: f64 = counts.iter().map(off).sum();
+    // Five deviations of chi-squared above its mean.
+    let degrees = counts.len() as f64 - 1.0;
+    let limit = degrees + 5.0 * (2.0 * degrees).sqrt();
+    println!("{what}: chi-squared {chi_squared:.1} of {degrees} degrees, limit {limit:.1}");
+    assert!(chi_squared < limit, "{what}: {chi_squared}");
+}
+
+/// The filters' samples, by what turns their densities into equal shares: the cumulative distributions.
+#[test]
+fn filters_have_their_densities() {
+    let mut sampler = Sampler::new(7, 8, Default::default());
+    let (mut tents, mut discs) = ([0_u32; 64], [0_u32; TURNS * HEIGHTS]);
+    for pixel in 0..SAMPLES {
+        sampler.start(u64::from(pixel), pixel % 5);
+        let (u, v) = sampler.pair(0);
+        let x = warp::tent(u);
+        assert!((-1.0..=1.0).contains(&x));
+        // Half the square of the distance from the nearer end.
+        let below = if x < 0.0 { 0.5 * (1.0 + x) * (1.0 + x) } else { 1.0 - 0.5 * (1.0 - x) * (1.0 - x) };
+        tents[((below * 64.0) as usize).min(63)] += 1;
+        let (x, y) = warp::gaussian_disc((u, v));
+        let squared = x * x + y * y;
+        assert!(squared <= 1.0 + 1e-12);
+        // The share within a radius: 1 - exp(-r^2 / (2 sigma^2)), over that within 1.
+        let within = (1.0 - libm::exp(-2.0 * squared)) / (1.0 - libm::exp(-2.0));
+        let turn = libm::atan2(y, x) / TAU + 0.5;
+        let bin = |share: f64, bins: usize| ((share * bins as f64) as usize).min(bins - 1);
+        discs[bin(within, HEIGHTS) * TURNS + bin(turn, TURNS)] += 1;
+    }
+    check_equal("tent", &tents);
+    check_equal("Gaussian disc", &discs);
+}

@@ -8,6 +8,7 @@ mod camera;
 mod film;
 mod light;
 mod look;
+mod surface;
 mod validate;
 
 pub use bounces::UNLIMITED;
@@ -15,6 +16,7 @@ pub use camera::{Camera, Projection, Viewpoint};
 pub use film::{ColourBy, Colouring, DirectLight, Filter, FilterShape, Sampler, ToneMapping};
 pub use light::{Environment, Light, Sky};
 pub use look::{Bsdf, Look, Metal};
+pub use surface::{RootFinder, Surface};
 pub(super) use validate::validate;
 
 use serde::{Deserialize, Serialize};
@@ -56,6 +58,9 @@ pub struct Render {
     /// metal throws at diffuse surfaces, and some of the light with them: the mean is too dark there. Without it nothing is cut.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub indirect_max: Option<f64>,
+    /// How the places are found where a ray meets rings and polynomials.
+    #[serde(skip_serializing_if = "is_default")]
+    pub root_finder: RootFinder,
     /// How light from lights is found; the mean of many samples does not depend on it.
     #[serde(skip_serializing_if = "is_default")]
     pub direct_light: DirectLight,
@@ -77,6 +82,9 @@ pub struct Render {
     /// Lights.
     #[serde(rename = "light")]
     pub lights: Vec<Light>,
+    /// Surfaces that are only looked at.
+    #[serde(rename = "surface", skip_serializing_if = "Vec::is_empty")]
+    pub surfaces: Vec<Surface>,
     /// Looks of the materials, by the names that bodies use; a material without one is grey.
     #[serde(rename = "look")]
     pub looks: BTreeMap<String, Look>,
@@ -106,6 +114,7 @@ impl Default for Render {
             bounces_max: 2,
             roulette_after: ROULETTE_AFTER,
             indirect_max: None,
+            root_finder: RootFinder::default(),
             direct_light: DirectLight::default(),
             exposure: 1.0,
             tone_mapping: ToneMapping::default(),
@@ -114,6 +123,7 @@ impl Default for Render {
             sky: Sky::default(),
             environment: None,
             lights: Vec::new(),
+            surfaces: Vec::new(),
             looks: BTreeMap::new(),
         }
     }

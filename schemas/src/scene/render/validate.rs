@@ -4,6 +4,7 @@ use super::super::SceneError;
 use super::super::validate::{
     colour, cross, norm, not_negative, positive, refuse, refuse_number, unit_or_longer, vector,
 };
+use super::surface::validate_surfaces;
 use super::{Bsdf, Camera, Light, Look, Projection, Render};
 
 pub(in super::super) fn validate(render: &Render) -> Result<(), SceneError> {
@@ -25,7 +26,7 @@ pub(in super::super) fn validate(render: &Render) -> Result<(), SceneError> {
     for (name, look) in &render.looks {
         validate_look(look, &|field: &str| format!("render.look.{name}.{field}"))?;
     }
-    Ok(())
+    validate_surfaces(render)
 }
 
 fn validate_film(render: &Render) -> Result<(), SceneError> {
