@@ -11,3 +11,5 @@ mod recovery;
 mod resumed;
 mod signals;
 mod stopped_run;
+#[cfg(feature = "view")]
+mod view;
