@@ -37,7 +37,11 @@ mod shorthand;
 mod sim;
 #[cfg(feature = "render")]
 mod still_frames;
+#[cfg(feature = "study")]
+mod study;
 mod verify;
+#[cfg(feature = "view")]
+mod view;
 
 use clap::{Parser, Subcommand};
 use failure::Outcome;
@@ -97,10 +101,16 @@ enum Verb {
     Diff(diff::Arguments),
     /// Write what a log holds for other programs: tables, pictures, a movie, a file for viewers
     Export(export::Arguments),
+    /// Serve a log to Foxglove and Lichtblick, which play and seek it
+    #[cfg(feature = "view")]
+    View(view::Arguments),
     /// Say what is in a log
     Info(info::Arguments),
     /// Say what a scene needs, and what is left out
     Plan(plan::Arguments),
+    /// Measure error against run time, stability and scaling, and write a report
+    #[cfg(feature = "study")]
+    Study(study::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -123,8 +133,12 @@ fn main() -> ExitCode {
         Verb::Recover(arguments) => recover::run(&arguments),
         Verb::Diff(arguments) => diff::run(&arguments),
         Verb::Export(arguments) => export::run(&arguments),
+        #[cfg(feature = "view")]
+        Verb::View(arguments) => view::run(&arguments),
         Verb::Info(arguments) => info::run(&arguments),
         Verb::Plan(arguments) => plan::run(&arguments),
+        #[cfg(feature = "study")]
+        Verb::Study(arguments) => study::run(&arguments),
     };
     exit_code(outcome)
 }

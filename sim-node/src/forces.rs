@@ -8,7 +8,7 @@
 use crate::Model;
 use crate::body::Body;
 use crate::broad::Neighbours;
-use crate::chunk::{Chunk, chunk_pairs, part};
+use crate::chunk::{Chunk, chunk_pairs, is_searched, part};
 use crate::contact::kernel::{ArcForce, MotionLine, RingScene};
 use crate::contact::material::NormalLaw;
 use crate::contact::{Contact, PairForce};
@@ -205,9 +205,9 @@ impl Evaluation {
         self.sorted_out = self.neighbours.rebuilds;
         self.ring_pairs.clear();
         self.other_pairs.clear();
-        for &(a, b) in self.neighbours.pairs() {
-            let list = if is_common(model, a, b) { &mut self.ring_pairs } else { &mut self.other_pairs };
-            list.push((a, b));
+        for &pair in self.neighbours.pairs() {
+            let list = if is_common(model, pair) { &mut self.ring_pairs } else { &mut self.other_pairs };
+            list.push(pair);
         }
     }
 
@@ -249,7 +249,8 @@ impl Evaluation {
             if number < ring_chunks {
                 chunk.rings::<DAMPED, FRICTION>(level, rings, scene, (list, part(ring_pairs, size, number)));
             } else {
-                chunk.others::<DAMPED, FRICTION>(scene, part(other_pairs, size, number - ring_chunks));
+                let pairs = part(other_pairs, size, number - ring_chunks);
+                chunk.others::<DAMPED, FRICTION>(level, rings, scene, (list, pairs));
             }
         };
         let chunks = &mut self.chunks[..self.chunk_count];
@@ -296,18 +297,10 @@ impl Evaluation {
     }
 }
 
-/// Whether a pair is one for the kernel: under the default law, two rings without friction whose wires together are
-/// thinner than B's major radius.
-fn is_common(model: &Model, a: u32, b: u32) -> bool {
-    let rings = model.ring_count();
-    let (Some(body_a), Some(body_b)) = (model.bodies().get(a as usize), model.bodies().get(b as usize))
-    else {
-        return false;
-    };
+/// Whether a pair is one for the kernel: under the default law, and without friction.
+fn is_common(model: &Model, (a, b): (u32, u32)) -> bool {
     model.contact_law() == ContactLaw::CentrelineArc
-        && (a as usize) < rings
-        && (b as usize) < rings
-        && body_a.minor_radius + body_b.minor_radius < body_b.major_radius
+        && is_searched(model, (a, b))
         && model.pair_material(a, b).friction_coefficient == 0.0
 }
 
@@ -320,6 +313,9 @@ fn add(wrench: &mut Wrench, sign: f64, force: &[f64; 4], torque: &[f64; 4]) {
 
 #[cfg(test)]
 mod tests {
+    use super::SlipMotion;
+    use crate::contact::surface::Workspace;
+    use crate::narrow::Narrow;
     use crate::wrench::Wrench;
     use crate::{Model, Scratch, State, evaluate, step};
     use geometry::Vec3;
@@ -386,12 +382,9 @@ mod tests {
                 assert_eq!(bits(&lost), bits(&scratch.evaluation.lost), "{level:?}");
             }
             scratch.evaluation.level = best;
-            let rings = std::mem::take(&mut scratch.evaluation.ring_pairs);
-            let others = std::mem::replace(&mut scratch.evaluation.other_pairs, rings);
-            evaluate(&model, &state, &mut scratch);
-            let evaluation = &mut scratch.evaluation;
+            let (scalar, scalar_lost) = one_at_a_time(&model, &scratch);
             let size = |wrench: &Wrench| wrench.force.norm() + wrench.torque.norm();
-            for (a, b) in [(&kernel, &evaluation.wrenches), (&lost, &evaluation.lost)] {
+            for (a, b) in [(&kernel, &scalar), (&lost, &scalar_lost)] {
                 let scale = a.iter().map(size).fold(0.0, |largest, x| if x > largest { x } else { largest });
                 for (a, b) in a.iter().zip(b) {
                     let difference = Wrench { force: a.force - b.force, torque: a.torque - b.torque };
@@ -399,10 +392,30 @@ mod tests {
                     worst = if share > worst { share } else { worst };
                 }
             }
-            evaluation.ring_pairs = std::mem::replace(&mut evaluation.other_pairs, others);
         }
         println!("{arcs} arcs; difference over the largest force {worst:e}, allowed 1e-6");
         assert!(arcs > 1000 && worst < 1e-6);
+    }
+
+    /// What the kernel's pairs do, and the inelastic part, with arcs and forces of the scalar code.
+    fn one_at_a_time(model: &Model, scratch: &Scratch) -> (Vec<Wrench>, Vec<Wrench>) {
+        let moment = &scratch.moment;
+        let still = (&moment.velocities[..], 0.0);
+        let slip = SlipMotion { since: still, kept: still };
+        let scene = Narrow { model, moment, springs: &[], slip, half_step: 0.5 * model.time().time_step_s };
+        let mut forces = Vec::new();
+        for &pair in &scratch.evaluation.ring_pairs {
+            scene.pair::<true, false>(pair, None, &mut Workspace::default(), &mut forces);
+        }
+        let mut sums = (vec![Wrench::ZERO; model.body_count()], vec![Wrench::ZERO; model.body_count()]);
+        for pair in &forces {
+            let (a, b) = (pair.a as usize, pair.b as usize);
+            sums.0[a].add(&pair.on_a);
+            sums.0[b].add(&pair.on_b);
+            sums.1[a].add(&pair.lost_on_a);
+            sums.1[b].add(&pair.lost_on_b);
+        }
+        sums
     }
 
     #[cfg(target_arch = "x86_64")]

@@ -10,8 +10,9 @@ use crate::contact::surface::{Surfaces, Workspace};
 use crate::contact::{Pair, PairForce, ring_plane, ring_ring, ring_sphere, sphere_plane, sphere_sphere};
 use crate::forces::{Moment, SlipMotion};
 use crate::wrench::{Velocity, relative_velocity};
+use geometry::arc::circle_circle_arcs;
 use geometry::patch::Solid;
-use geometry::{Circle, Vec3};
+use geometry::{Arcs, Circle, Vec3};
 use schemas::scene::ContactLaw;
 use schemas::state::ContactState;
 
@@ -26,27 +27,45 @@ pub(crate) struct Narrow<'a> {
 }
 
 impl Narrow<'_> {
-    /// If two bodies touch, or a body and a plane, what they do to each other is appended.
+    /// If two bodies touch, or a body and a plane, what they do to each other is appended. `arcs` are the contact arcs of
+    /// two rings, if they are known.
     #[inline]
     pub(crate) fn pair<const DAMPED: bool, const FRICTION: bool>(
         &self,
-        a: u32,
-        b: u32,
+        (a, b): (u32, u32),
+        arcs: Option<&Arcs>,
         workspace: &mut Workspace,
         forces: &mut Vec<PairForce>,
     ) {
-        if (b as usize) < self.model.body_count() {
-            self.two_bodies::<DAMPED, FRICTION>(a, b, workspace, forces);
+        if (b as usize) < self.model.ring_count() {
+            let body = |number: u32| &self.model.bodies()[number as usize];
+            let circles = &self.moment.circles;
+            let reach = body(a).minor_radius + body(b).minor_radius;
+            let found;
+            let arcs = match arcs {
+                Some(arcs) => arcs,
+                None => {
+                    found = circle_circle_arcs(&circles[a as usize], &circles[b as usize], reach);
+                    &found
+                }
+            };
+            if !arcs.is_empty() {
+                self.two_bodies::<DAMPED, FRICTION>(a, b, Some((arcs, reach)), workspace, forces);
+            }
+        } else if (b as usize) < self.model.body_count() {
+            self.two_bodies::<DAMPED, FRICTION>(a, b, None, workspace, forces);
         } else {
             self.body_and_plane::<DAMPED, FRICTION>(a, b, workspace, forces);
         }
     }
 
+    /// `arcs`: of two rings, with the sum of their minor radii.
     #[inline]
     fn two_bodies<const DAMPED: bool, const FRICTION: bool>(
         &self,
         a: u32,
         b: u32,
+        arcs: Option<(&Arcs, f64)>,
         workspace: &mut Workspace,
         forces: &mut Vec<PairForce>,
     ) {
@@ -74,11 +93,10 @@ impl Narrow<'_> {
         let slip = self.slip_of::<FRICTION>(material, &pair, Some(b));
         match self.model.contact_law() {
             ContactLaw::CentrelineArc => {}
-            ContactLaw::CentrelineMinima if b < rings => {
-                let radius = body_b.minor_radius;
-                return minima::ring_ring::<DAMPED, FRICTION>(&pair, circle_b, radius, &slip, forces);
-            }
             ContactLaw::CentrelineMinima if a < rings => {
+                if let Some(arcs) = arcs {
+                    return minima::ring_ring::<DAMPED, FRICTION>(&pair, circle_b, arcs, &slip, forces);
+                }
                 let (centre, radius) = (&circle_b.centre, body_b.minor_radius);
                 return minima::ring_sphere::<DAMPED, FRICTION>(&pair, centre, radius, &slip, forces);
             }
@@ -86,7 +104,8 @@ impl Narrow<'_> {
             ContactLaw::CentrelineMinima => {}
             ContactLaw::SurfaceIntegral => {
                 let solid_a = solid(body_a, circle_a, Vec3::zeros());
-                let surfaces = self.surfaces(solid_a, solid(body_b, circle_b, -from_b));
+                let solid_b = solid(body_b, circle_b, -from_b);
+                let surfaces = self.surfaces(solid_a, solid_b, arcs.map(|(arcs, _)| arcs));
                 return surfaces.collide::<DAMPED, FRICTION>(&pair, &slip, workspace, forces);
             }
         }
@@ -101,8 +120,8 @@ impl Narrow<'_> {
             };
             let bodies = (placed(body_a, circle_a), placed(body_b, circle_b));
             pairs::two_bodies::<DAMPED, FRICTION>(&pair, &back, bodies, material.point, &slip, forces);
-        } else if b < rings {
-            ring_ring::<DAMPED, FRICTION>(&pair, circle_b, body_b.minor_radius, &slip, forces);
+        } else if let Some(arcs) = arcs {
+            ring_ring::<DAMPED, FRICTION>(&pair, circle_b, arcs, &slip, forces);
         } else if a < rings {
             ring_sphere::<DAMPED, FRICTION>(&pair, &circle_b.centre, body_b.minor_radius, &slip, forces);
         } else {
@@ -146,7 +165,7 @@ impl Narrow<'_> {
             ContactLaw::SurfaceIntegral => {
                 let offset = plane.offset - plane.normal.dot(&circle.centre);
                 let solid_b = Solid::Plane { normal: plane.normal, offset };
-                let surfaces = self.surfaces(solid(body, circle, Vec3::zeros()), solid_b);
+                let surfaces = self.surfaces(solid(body, circle, Vec3::zeros()), solid_b, None);
                 return surfaces.collide::<DAMPED, FRICTION>(&pair, &slip, workspace, forces);
             }
         }
@@ -161,8 +180,8 @@ impl Narrow<'_> {
     }
 
     /// The law `surface-integral` between two bodies, seen from the first one's centre.
-    fn surfaces(&self, a: Solid, b: Solid) -> Surfaces<'_> {
-        Surfaces { settings: self.model.surface(), a, b, random: self.moment.random.as_ref() }
+    fn surfaces<'a>(&'a self, a: Solid, b: Solid, arcs: Option<&'a Arcs>) -> Surfaces<'a> {
+        Surfaces { settings: self.model.surface(), a, b, arcs, random: self.moment.random.as_ref() }
     }
 
     /// Velocity of A relative to B; a plane is at rest.

@@ -22,7 +22,8 @@
 //! `g = (n_A - c n_B) / sin` the vectors `(e2, g, n_B)` are right-handed and a point of A lies at
 //! `(d.e2 + R_A sin(t), d.g - R_A c cos(t), h)` from B's centre.
 
-use crate::Circle;
+use crate::arc::{Arc, Arcs};
+use crate::{Circle, Vec3};
 use fearless_simd::f64x4;
 
 pub use fearless_simd::prelude::{Select, SimdBase, SimdFloat, SimdMask};
@@ -32,8 +33,10 @@ mod chart;
 mod cull;
 mod isolate;
 mod store;
+mod torus;
 mod wide;
 
+pub use torus::RaysAndTori;
 pub use wide::{LANES, Lanes, Mask};
 
 /// Four numbers of one lane.
@@ -205,6 +208,12 @@ impl ArcSearch {
         isolate::isolate(simd, &self.charts, &mut self.cuts, &mut self.found, &mut self.irregular);
     }
 
+    /// The pairs that touch, in order: the number of each among those searched, and its arcs; those of an irregular
+    /// pair, which may touch or not, are none.
+    pub fn touching(&self) -> Touching<'_> {
+        Touching { arcs: &self.arcs, irregular: &self.irregular }
+    }
+
     /// Brings the arcs into the order of the pairs; the order of a pair's two is a function of that pair alone. A pair
     /// that is irregular on one side is irregular as a whole.
     fn settle(&mut self) {
@@ -239,6 +248,47 @@ impl ArcSearch {
             });
         }
     }
+}
+
+/// See [`ArcSearch::touching`].
+#[derive(Clone, Debug)]
+pub struct Touching<'a> {
+    arcs: &'a [LaneArc],
+    irregular: &'a [u32],
+}
+
+impl<'a> Iterator for Touching<'a> {
+    type Item = (usize, &'a [LaneArc]);
+
+    #[inline]
+    fn next(&mut self) -> Option<(usize, &'a [LaneArc])> {
+        let regular = self.arcs.first().map(LaneArc::pair);
+        if let Some((&irregular, rest)) = self.irregular.split_first()
+            && regular.is_none_or(|regular| (irregular as usize) < regular)
+        {
+            self.irregular = rest;
+            return Some((irregular as usize, &[]));
+        }
+        let pair = regular?;
+        let (arcs, rest) = self.arcs.split_at(self.arcs.iter().take_while(|arc| arc.pair() == pair).count());
+        self.arcs = rest;
+        Some((pair, arcs))
+    }
+}
+
+/// A pair's arcs by the angle on circle A, as [`circle_circle_arcs`](crate::arc::circle_circle_arcs) gives them: each is a
+/// connected arc.
+pub fn arcs_on(a: &Circle, b: &Circle, arcs: &[LaneArc]) -> Arcs {
+    let cross = a.normal.cross(&b.normal);
+    let inverse = 1.0 / cross.norm_squared().sqrt();
+    let e1 = (b.normal - a.normal * a.normal.dot(&b.normal)) * inverse;
+    let mut found = Arcs::NONE;
+    for (arc, connected) in arcs.iter().zip(0..) {
+        let middle: Vec3 = e1 * arc.mid_cos() + cross * (arc.mid_sin() * inverse);
+        let (mid_cos, mid_sin) = (middle.dot(&a.u), middle.dot(&a.w));
+        found.push(Arc { mid_cos, mid_sin, half_tangent: arc.half_tangent(), connected });
+    }
+    found
 }
 
 /// A search for the pairs that are near contact, and its memory.

@@ -2,8 +2,9 @@
 //! instruction set.
 
 use crate::random::{Random, degenerate_pairs};
-use geometry::lanes::{ArcSearch, LaneArc, Level, Line};
-use geometry::{Circle, Vec3, arc::circle_circle_arcs, point_circle_distance};
+use geometry::arc::{Arc, circle_circle_arcs};
+use geometry::lanes::{ArcSearch, LaneArc, Level, Line, arcs_on};
+use geometry::{Arcs, Circle, Vec3, point_circle_distance};
 
 fn line(circle: &Circle, minor_radius: f64) -> Line {
     let (c, n) = (circle.centre, circle.normal);
@@ -16,21 +17,13 @@ fn search(level: Level, lines: &[Line], pairs: &[(u32, u32)]) -> ArcSearch {
     search
 }
 
-/// The unit vectors `e1` and `e2` of a pair.
-fn frame(a: &Circle, b: &Circle) -> (Vec3, Vec3) {
-    let cross = a.normal.cross(&b.normal);
-    let sin = cross.norm_squared().sqrt();
-    ((b.normal - a.normal * a.normal.dot(&b.normal)) / sin, cross / sin)
-}
-
 /// The ends and the middle of an arc in space.
-fn points(arc: &LaneArc, a: &Circle, b: &Circle) -> [Vec3; 3] {
-    let (e1, e2) = frame(a, b);
-    let square = arc.half_tangent() * arc.half_tangent();
-    let (cos, sin) = ((1.0 - square) / (1.0 + square), 2.0 * arc.half_tangent() / (1.0 + square));
+fn points(arc: &Arc, a: &Circle) -> [Vec3; 3] {
+    let square = arc.half_tangent * arc.half_tangent;
+    let (cos, sin) = ((1.0 - square) / (1.0 + square), 2.0 * arc.half_tangent / (1.0 + square));
     [(cos, -sin), (cos, sin), (1.0, 0.0)].map(|(cos, sin)| {
-        let (c, s) = (arc.mid_cos() * cos - arc.mid_sin() * sin, arc.mid_sin() * cos + arc.mid_cos() * sin);
-        a.centre + (e1 * c + e2 * s) * a.radius
+        let (c, s) = (arc.mid_cos * cos - arc.mid_sin * sin, arc.mid_sin * cos + arc.mid_cos * sin);
+        a.point(c, s)
     })
 }
 
@@ -61,16 +54,20 @@ impl Tally {
     /// Checks the lanes' answer for pair `index` against the scalar one.
     fn check(&mut self, found: &ArcSearch, index: usize, (a, b, reach): &(Circle, Circle, f64)) {
         self.pairs += 1;
-        let lanes: Vec<&LaneArc> = found.arcs.iter().filter(|arc| arc.pair() == index).collect();
+        let touching: Vec<&[LaneArc]> =
+            found.touching().filter(|&(pair, _)| pair == index).map(|(_, arcs)| arcs).collect();
+        assert!(touching.len() < 2, "a pair comes once: {index}");
+        let lanes = touching.first().map_or(Arcs::NONE, |lanes| arcs_on(a, b, lanes));
         if found.irregular.binary_search(&(index as u32)).is_ok() {
             self.irregular += 1;
-            assert!(lanes.is_empty(), "an irregular pair is answered: {index}");
+            assert!(lanes.is_empty() && touching.len() == 1, "an irregular pair is answered: {index}");
             return;
         }
+        assert!(touching.is_empty() || !lanes.is_empty());
         let arcs = circle_circle_arcs(a, b, *reach);
-        for arc in &lanes {
+        for arc in lanes.iter() {
             self.arcs += 1;
-            let [start, end, middle] = points(arc, a, b);
+            let [start, end, middle] = points(arc, a);
             let depth = |point: &Vec3| reach - point_circle_distance(point, b);
             for end in [start, end] {
                 let error = depth(&end).abs();
@@ -80,22 +77,22 @@ impl Tally {
             }
             assert!(depth(&middle) > -1e-14, "{index}: {arc:?} is not in contact");
         }
-        if arcs.connected_count() != lanes.len() {
+        if arcs.connected_count() != lanes.connected_count() {
             // Only contacts that rounding decides may differ.
             let length: f64 = arcs.iter().map(|arc| arc.half_tangent).sum::<f64>()
-                + lanes.iter().map(|arc| arc.half_tangent()).sum::<f64>();
+                + lanes.iter().map(|arc| arc.half_tangent).sum::<f64>();
             self.doubtful += 1;
             assert!(length < 1e-6, "{index}: {a:?} {b:?} {reach}: {:?} and {lanes:?}", arcs.as_slice());
         }
-        for arc in &lanes {
-            let [.., middle] = points(arc, a, b);
+        for arc in lanes.iter() {
+            let [.., middle] = points(arc, a);
             let same = arcs.iter().any(|other| {
                 let point = a.point(other.mid_cos, other.mid_sin);
                 (point - middle).norm() < 1e-6 * (1.0 + a.radius)
-                    && (other.half_tangent - arc.half_tangent()).abs() < 1e-6
+                    && (other.half_tangent - arc.half_tangent).abs() < 1e-6
             });
             assert!(
-                same || arcs.iter().count() > lanes.len() || arc.half_tangent() < 1e-6,
+                same || arcs.iter().count() > lanes.iter().count() || arc.half_tangent < 1e-6,
                 "{index}: {arc:?}"
             );
         }

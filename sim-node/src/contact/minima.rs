@@ -15,24 +15,19 @@
 use super::{Node, Pair, PairForce, Patch, close, from_circle, unit_or};
 use crate::contact::friction::Slip;
 use crate::model::HalfSpace;
-use geometry::arc::{circle_circle_arcs, circle_plane_arcs, circle_point_arcs};
+use geometry::arc::{circle_plane_arcs, circle_point_arcs};
 use geometry::minima::{Minima, circle_circle_minima, circle_plane_minima, circle_point_minima};
-use geometry::{Circle, Vec3};
+use geometry::{Arcs, Circle, Vec3};
 
-/// Ring against ring.
+/// Ring against ring: `arcs` are the contact arcs of A's centreline along B's.
 pub(crate) fn ring_ring<const DAMPED: bool, const FRICTION: bool>(
     pair: &Pair,
     b: &Circle,
-    b_minor_radius: f64,
+    (arcs, reach): (&Arcs, f64),
     slip: &Slip,
     forces: &mut Vec<PairForce>,
 ) {
-    let reach = pair.a_minor_radius + b_minor_radius;
-    let arcs = circle_circle_arcs(pair.a, b, reach);
-    if arcs.is_empty() {
-        return;
-    }
-    let minima = circle_circle_minima(pair.a, b, &arcs);
+    let minima = circle_circle_minima(pair.a, b, arcs);
     at_minima::<DAMPED, FRICTION>(pair, &minima, reach, slip, forces, |lever| from_circle(pair, b, lever));
 }
 

@@ -38,7 +38,7 @@ use crate::model::HalfSpace;
 use crate::wrench::{Velocity, Wrench};
 use friction::{Grip, Rub, Slip};
 
-use geometry::arc::{circle_circle_arcs, circle_plane_arcs, circle_point_arcs, rule_for};
+use geometry::arc::{circle_plane_arcs, circle_point_arcs, rule_for};
 use geometry::{Arcs, Circle, Vec3};
 use material::NormalLaw;
 
@@ -319,21 +319,16 @@ fn along_arcs<const DAMPED: bool, const FRICTION: bool>(
     close::<DAMPED, FRICTION>(pair, &mut patches[..count], slip, forces);
 }
 
-/// Ring against ring: the contact arcs of A's centreline along B's.
+/// Ring against ring: `arcs` are the contact arcs of A's centreline along B's.
 #[inline]
 pub(crate) fn ring_ring<const DAMPED: bool, const FRICTION: bool>(
     pair: &Pair,
     b: &Circle,
-    b_minor_radius: f64,
+    (arcs, reach): (&Arcs, f64),
     slip: &Slip,
     forces: &mut Vec<PairForce>,
 ) {
-    let reach = pair.a_minor_radius + b_minor_radius;
-    let arcs = circle_circle_arcs(pair.a, b, reach);
-    if arcs.is_empty() {
-        return;
-    }
-    along_arcs::<DAMPED, FRICTION>(pair, &arcs, reach, slip, forces, |lever| from_circle(pair, b, lever));
+    along_arcs::<DAMPED, FRICTION>(pair, arcs, reach, slip, forces, |lever| from_circle(pair, b, lever));
 }
 
 /// The direction to a point of A, given by its lever, from its closest point on circle B, and their distance.

@@ -23,7 +23,7 @@ pub(crate) mod samples;
 use super::{Pair, PairForce, Patch, close};
 use crate::contact::friction::Slip;
 use geometry::Arcs;
-use geometry::arc::{circle_circle_arcs, circle_plane_arcs, circle_point_arcs};
+use geometry::arc::{circle_plane_arcs, circle_point_arcs};
 use geometry::lanes::{Level, Simd, dispatch};
 use geometry::patch::pair::quadrature;
 use geometry::patch::{Block, Lane, Nodes, Solid, WIDTH};
@@ -45,6 +45,8 @@ pub(crate) struct Surfaces<'a> {
     /// Both bodies, seen from A's centre.
     pub a: Solid,
     pub b: Solid,
+    /// Of two rings: the contact arcs on A's centreline.
+    pub arcs: Option<&'a Arcs>,
     /// Random numbers of this seed and step; None for `quadrature`.
     pub random: Option<&'a random::Stream>,
 }
@@ -91,9 +93,7 @@ impl Surfaces<'_> {
     fn arcs(&self) -> Option<Arcs> {
         let arcs = match (&self.a, &self.b) {
             (Solid::Ring { circle, minor_radius }, b) => match b {
-                Solid::Ring { circle: other, minor_radius: other_minor } => {
-                    circle_circle_arcs(circle, other, minor_radius + other_minor)
-                }
+                Solid::Ring { .. } => return self.arcs.copied(),
                 Solid::Sphere { centre, radius } => circle_point_arcs(circle, centre, minor_radius + radius),
                 Solid::Plane { normal, offset } => circle_plane_arcs(circle, normal, *offset, *minor_radius),
             },
