@@ -40,6 +40,8 @@ mod still_frames;
 #[cfg(feature = "study")]
 mod study;
 mod verify;
+#[cfg(feature = "view")]
+mod view;
 
 use clap::{Parser, Subcommand};
 use failure::Outcome;
@@ -99,6 +101,9 @@ enum Verb {
     Diff(diff::Arguments),
     /// Write what a log holds for other programs: tables, pictures, a movie, a file for viewers
     Export(export::Arguments),
+    /// Serve a log to Foxglove and Lichtblick, which play and seek it
+    #[cfg(feature = "view")]
+    View(view::Arguments),
     /// Say what is in a log
     Info(info::Arguments),
     /// Say what a scene needs, and what is left out
@@ -128,6 +133,8 @@ fn main() -> ExitCode {
         Verb::Recover(arguments) => recover::run(&arguments),
         Verb::Diff(arguments) => diff::run(&arguments),
         Verb::Export(arguments) => export::run(&arguments),
+        #[cfg(feature = "view")]
+        Verb::View(arguments) => view::run(&arguments),
         Verb::Info(arguments) => info::run(&arguments),
         Verb::Plan(arguments) => plan::run(&arguments),
         #[cfg(feature = "study")]

@@ -25,7 +25,10 @@ impl Picture {
     pub fn from_png(bytes: &[u8]) -> Result<Picture, String> {
         let fail = |error: png::DecodingError| format!("a frame of the log is not a PNG: {error}");
         let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().map_err(fail)?;
-        let size = reader.output_buffer_size().unwrap_or(0);
+        // No packed bytes hold more than so many times their number: a size beyond that is not that of a picture.
+        const PACKED_MAX: usize = 1032;
+        let size = reader.output_buffer_size().filter(|&size| size / PACKED_MAX <= bytes.len());
+        let size = size.ok_or("a frame of the log claims to be larger than its bytes can be")?;
         let mut rgb = vec![0; size];
         let info = reader.next_frame(&mut rgb).map_err(fail)?;
         if info.color_type != png::ColorType::Rgb || info.bit_depth != png::BitDepth::Eight {

@@ -7,7 +7,9 @@ use crate::verify::{FrameDifference, Frames};
 use crate::{log_file, stop};
 use recorder::{Kind, Log};
 use render_node::node::with_environment_file;
-use render_node::{FeatureImages, Film, Job, RenderModel, exr_bytes, film_channels, png_bytes, render_while};
+use render_node::{
+    FeatureImages, Film, Job, RenderModel, Stage, exr_bytes, film_channels, png_bytes, render_on,
+};
 use schemas::scene::Scene;
 use schemas::state::BodyState;
 use std::fs;
@@ -45,10 +47,11 @@ pub fn render(wanted: &Wanted, folder: &Path) -> Result<(Made, Vec<Vec<u8>>), Fa
     let mut meter = Meter::for_this_process("renderer", "frames");
     let total = wanted.frames.end() - wanted.frames.start() + 1;
     let mut pictures = Vec::new();
+    let mut stage = Stage::default();
     for frame in wanted.frames.clone() {
         let bodies = state_of(wanted, frame)?;
         let job = Job { frame, seed: wanted.scene.seed, threads: wanted.threads };
-        let film = render_while(&model, &bodies, &job, &mut || !stop::requested())
+        let film = render_on(&mut stage, &model, &bodies, &job, &mut || !stop::requested())
             .map_err(|error| cannot(&format!("frame {frame}: {error}")))?;
         let Some(film) = film else {
             return Err(Failure::lost(format!("interrupted at frame {frame}; those before it are there")));
@@ -81,6 +84,7 @@ pub fn verify(log: &Log, threads: NonZeroUsize) -> Result<Frames, Failure> {
     let (model, environment_hash) = with_environment_file(model).map_err(|error| cannot(&error))?;
     let total = log.count(Kind::FrameInfo);
     let mut meter = Meter::for_this_process("renderer", "frames");
+    let mut stage = Stage::default();
     for index in 0..total {
         let info = log.frame_info(index).map_err(log_file::failure)?;
         if info.environment_hash != environment_hash {
@@ -92,7 +96,7 @@ pub fn verify(log: &Log, threads: NonZeroUsize) -> Result<Frames, Failure> {
         let wanted = Wanted { log, scene: &scene, frames: info.frame..=info.frame, exr: false, threads };
         let bodies = state_of(&wanted, info.frame)?;
         let job = Job { frame: info.frame, seed: scene.seed, threads };
-        let film = render_while(&model, &bodies, &job, &mut || !stop::requested())
+        let film = render_on(&mut stage, &model, &bodies, &job, &mut || !stop::requested())
             .map_err(|error| cannot(&format!("frame {index}: {error}")))?;
         let Some(film) = film else {
             return Err(Failure::lost(format!(

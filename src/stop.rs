@@ -1,7 +1,7 @@
 //! SIGHUP, SIGINT and SIGTERM as a flag: every verb that runs for long looks at it and ends in good order.
 
 use rustix::process::{Signal, getppid, set_parent_process_death_signal};
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
@@ -18,6 +18,10 @@ pub fn flag() -> Arc<AtomicBool> {
             if let Err(error) = signal_hook::flag::register(signal, Arc::clone(&flag)) {
                 tracing::warn!(signal, %error, "cannot catch a signal");
             }
+        }
+        // A file that grows beyond a quota is an error to report, not the end of the process.
+        if let Err(error) = signal_hook::flag::register(SIGXFSZ, Arc::default()) {
+            tracing::warn!(%error, "a quota will end this process");
         }
         end_with_supervisor(&flag);
         flag

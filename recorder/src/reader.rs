@@ -136,13 +136,15 @@ impl Log {
         self.index.message(&self.bytes, entry).map_err(|damage| self.error(damage))
     }
 
-    /// The scene record.
+    /// The scene record, every value of the scene checked.
     ///
     /// # Errors
     ///
-    /// [`LogError`] if it is not there or does not parse.
+    /// [`LogError`] if it is not there, does not parse, or is none that a scene file could have made.
     pub fn scene(&self) -> Result<SceneRecord, LogError> {
-        self.json(Kind::Scene, 0)
+        let record: SceneRecord = self.json(Kind::Scene, 0)?;
+        record.scene.validate().map_err(|error| self.record_error(Kind::Scene, 0, error))?;
+        Ok(record)
     }
 
     /// The step record of a step.

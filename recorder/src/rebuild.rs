@@ -108,6 +108,7 @@ impl<'a> Source<'a> {
         let scene = scene.message(file);
         let record: SceneRecord = serde_json::from_slice(&scene.bytes)
             .map_err(|error| nothing(&format!("the scene cannot be read: {error}")))?;
+        record.scene.validate().map_err(|error| nothing(&format!("the scene is none: {error}")))?;
         let of_kind = |kind| found.finds.iter().copied().filter(move |find| find.kind == kind);
         let mut states: Vec<(u64, Find)> = Vec::new();
         for find in of_kind(Kind::State) {

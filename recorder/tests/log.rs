@@ -140,6 +140,26 @@ fn absurd_lengths_are_refused_without_allocating() {
 }
 
 #[test]
+fn a_scene_that_no_file_could_make_is_refused() {
+    let mut messages = Run::default().in_order();
+    let text = String::from_utf8(messages[0].bytes.to_vec()).expect("JSON");
+    for (from, to, key) in [
+        ("\"time_step_s\":0.01", "\"time_step_s\":1e-300", "time.time_step_s"),
+        ("\"minor_radius_m\":0.1", "\"minor_radius_m\":-0.1", "minor_radius_m"),
+        ("\"state_every\":1", "\"state_every\":0", "record.state_every"),
+    ] {
+        assert!(text.contains(from), "{from} is not in {text}");
+        messages[0] = Message::new(Kind::Scene, 0, text.replacen(from, to, 1).into_bytes());
+        // Whoever makes such a log does not use this writer's checks.
+        let mut writer = LogWriter::create(Vec::new(), true).expect("memory");
+        writer.write(&messages[0]).expect("it is JSON");
+        let log = Log::from_bytes("hostile", writer.finish().expect("memory").0).expect("a log");
+        let error = log.scene().expect_err("it is none").to_string();
+        assert!(error.contains("hostile") && error.contains(key), "{error}");
+    }
+}
+
+#[test]
 fn files_that_are_no_logs() {
     let open = |bytes: &[u8]| Log::from_bytes("file", bytes.to_vec()).err().map(|error| error.to_string());
     assert!(open(b"").expect("an error").contains("not an MCAP file"));

@@ -1,5 +1,6 @@
 //! What a picture shows besides light: distance, normal, albedo and number of the first thing that each pixel sees.
 
+use crate::bvh::Tracer;
 use crate::camera::Camera;
 use crate::film::{Film, PixelSums};
 use crate::model::RenderModel;
@@ -42,12 +43,15 @@ impl FeatureImages {
             albedo: Vec::new(),
             surface: Vec::new(),
         };
+        let (mut tracer, mut rays, mut hits) = (Tracer::default(), Vec::new(), Vec::new());
         for y_px in top..top + height_px {
-            for x_px in left..left + width_px {
-                // The middle of the lens is at radius 0.
-                let ray = camera.ray(f64::from(x_px) + 0.5, f64::from(y_px) + 0.5, || (0.0, 0.0));
-                let hit = world.closest(&ray);
-                let (normal, albedo) = match hit.map(|hit| world.surface(&ray, &hit)) {
+            // The middle of the lens is at radius 0.
+            let middle = |x_px| camera.ray(f64::from(x_px) + 0.5, f64::from(y_px) + 0.5, || (0.0, 0.0));
+            rays.clear();
+            rays.extend((left..left + width_px).map(middle));
+            world.closest_each(&mut tracer, &rays, &mut hits);
+            for (ray, hit) in rays.iter().zip(&hits) {
+                let (normal, albedo) = match hit.map(|hit| world.surface(ray, &hit)) {
                     Some(Surface::Scattering(vertex)) => (vertex.normal.into(), vertex.bsdf.albedo().into()),
                     _ => ([0.0; 3], [0.0; 3]),
                 };

@@ -4,9 +4,9 @@ use crate::camera::{self, Camera};
 use crate::film::{Film, PixelSums, SamplePlace, luminance};
 use crate::model::RenderModel;
 use crate::path::{LENS_PAIR, PIXEL_PAIR, PathTracer};
-use crate::sampler::Sampler;
+use crate::sampler::Points;
 use crate::warp;
-use crate::world::{PoseError, World};
+use crate::world::{Hierarchy, PoseError, World};
 use schemas::scene::render::{Filter, FilterShape};
 use schemas::state::BodyState;
 use std::num::NonZeroUsize;
@@ -15,6 +15,8 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 /// Width and height of a tile, in pixels: small enough to share work evenly, large enough to make handing out free.
 const TILE_PX: u32 = 16;
+/// Samples of a tile's pixels that are traced at once. It divides [`NOISE_BATCH`].
+const SAMPLES_AT_ONCE: u32 = 4;
 /// Rays that a thread traces before it looks again whether the frame is still wanted: some hundredths of a second.
 const RAYS_BETWEEN_LOOKS: u64 = 1 << 17;
 /// Samples after which a pixel's noise is looked at, and as many as two of them first: an estimate from fewer is worth little.
@@ -63,10 +65,29 @@ pub fn render_while(
     job: &Job,
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Option<Film>, PoseError> {
+    render_on(&mut Stage::default(), model, bodies, job, go_on)
+}
+
+/// The same for one frame after another: `stage` is what a frame leaves for the next one. No bit depends on it.
+///
+/// # Errors
+///
+/// As [`render`].
+pub fn render_on(
+    stage: &mut Stage,
+    model: &RenderModel,
+    bodies: &[BodyState],
+    job: &Job,
+    go_on: &mut dyn FnMut() -> bool,
+) -> Result<Option<Film>, PoseError> {
     let (_, _, width_px, height_px) = model.part();
     let film = Film::black(width_px, height_px);
-    add_samples(model, bodies, job, 0..model.render.samples_per_pixel, film, go_on)
+    add_samples_on(stage, model, bodies, job, 0..model.render.samples_per_pixel, film, go_on)
 }
+
+/// What one frame of a scene leaves for the next: the hierarchies of its moments, so that they need not be built anew.
+#[derive(Clone, Debug, Default)]
+pub struct Stage(Vec<Hierarchy>);
 
 /// Adds samples to a film that holds those before them: samples 0 to 64 and then 64 to 128 give the bits of samples 0 to
 /// 128. `None` if `go_on` said no.
@@ -83,15 +104,28 @@ pub fn add_samples(
     bodies: &[BodyState],
     job: &Job,
     samples: Range<u32>,
+    film: Film,
+    go_on: &mut dyn FnMut() -> bool,
+) -> Result<Option<Film>, PoseError> {
+    add_samples_on(&mut Stage::default(), model, bodies, job, samples, film, go_on)
+}
+
+fn add_samples_on(
+    stage: &mut Stage,
+    model: &RenderModel,
+    bodies: &[BodyState],
+    job: &Job,
+    samples: Range<u32>,
     mut film: Film,
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Option<Film>, PoseError> {
+    let mut earlier = core::mem::take(&mut stage.0).into_iter();
     let time_s = model.frame_time(job.frame);
     let moments = camera::moments(&model.render.camera, job.seed, job.frame).into_iter().map(|after_s| {
         let world = if after_s == 0.0 {
-            World::new(model, bodies)?
+            World::after(model, bodies, earlier.next())?
         } else {
-            World::new(model, &camera::moved(bodies, after_s))?
+            World::after(model, &camera::moved(bodies, after_s), earlier.next())?
         };
         Ok((world, Camera::at(&model.render, time_s + after_s)))
     });
@@ -107,10 +141,11 @@ pub fn add_samples(
         let mut worker = Worker {
             model,
             moments: &moments,
-            tracer: PathTracer { model, world: &moments[0].0, rays: 0 },
-            sampler: Sampler::new(job.seed, job.frame, model.render.sampler),
+            tracer: PathTracer::new(model, &moments[0].0),
+            points: Points::new(job.seed, job.frame, model.render.sampler),
             watch: Watch { go_on, given_up: &given_up, rays_asked: 0 },
             samples: samples.clone(),
+            pixels: Vec::new(),
             origin: (left, top),
         };
         let mut done = Vec::new();
@@ -135,6 +170,7 @@ pub fn add_samples(
         }
         done
     });
+    stage.0.extend(moments.into_iter().map(|(world, _)| world.into_hierarchy()));
     if done.len() < tiles as usize {
         return Ok(None);
     }
@@ -159,9 +195,11 @@ struct Worker<'a, 'b> {
     /// What there is to see at each moment of the open shutter, and from where.
     moments: &'a [(World<'a>, Camera)],
     tracer: PathTracer<'a>,
-    sampler: Sampler,
+    points: Points,
     watch: Watch<'a, 'b>,
     samples: Range<u32>,
+    /// Numbers of the pixels whose samples are traced.
+    pixels: Vec<u64>,
     /// Column and row of the whole picture where the film begins.
     origin: (u32, u32),
 }
@@ -203,53 +241,75 @@ impl Worker<'_, '_> {
             first_non_finite: None,
         };
         for y_px in corner.1..corner.1 + height {
-            for x_px in corner.0..corner.0 + width {
-                let sums = earlier.sums[y_px as usize * earlier.width_px as usize + x_px as usize];
-                let place = (self.origin.0 + x_px, self.origin.1 + y_px);
-                let sums = self.render_pixel(place, sums, &mut tile)?;
-                tile.sums.push(sums);
+            let start = y_px as usize * earlier.width_px as usize + corner.0 as usize;
+            tile.sums.extend_from_slice(&earlier.sums[start..start + width as usize]);
+        }
+        // Pixels that still get samples: their places in the tile.
+        let mut open: Vec<u32> = (0..width * height).collect();
+        let mut sample = self.samples.start;
+        while sample < self.samples.end && !open.is_empty() {
+            if self.watch.given_up(self.tracer.rays) {
+                return None;
             }
+            if sample.is_multiple_of(NOISE_BATCH)
+                && sample > NOISE_BATCH
+                && self.model.render.noise_max.is_some()
+            {
+                open.retain(|&place| !self.is_quiet(&tile.sums[place as usize]));
+            }
+            // The moments of an open shutter are worlds of their own.
+            let at_once = if self.moments.len() > 1 { 1 } else { SAMPLES_AT_ONCE };
+            let next = (sample - sample % at_once).saturating_add(at_once).min(self.samples.end);
+            self.add_samples(&open, sample..next, &mut tile);
+            sample = next;
         }
         tile.rays = self.tracer.rays - rays_before;
         Some(tile)
     }
 
-    /// Adds samples to a pixel of the whole picture; those that are not finite are counted in the tile.
-    fn render_pixel(
-        &mut self,
-        (x_px, y_px): (u32, u32),
-        mut sums: PixelSums,
-        tile: &mut Tile,
-    ) -> Option<PixelSums> {
+    /// Adds samples to pixels of a tile; those that are not finite are counted.
+    fn add_samples(&mut self, open: &[u32], samples: Range<u32>, tile: &mut Tile) {
         let render = &self.model.render;
-        let pixel = u64::from(y_px) * u64::from(render.width_px) + u64::from(x_px);
-        for sample in self.samples.clone() {
-            if self.watch.given_up(self.tracer.rays) {
-                return None;
-            }
-            if sample.is_multiple_of(NOISE_BATCH) && sample > NOISE_BATCH && self.is_quiet(&sums) {
-                break;
-            }
-            self.sampler.start(pixel, sample);
-            let (x, y) = filter_offset(&render.filter, self.sampler.pair(PIXEL_PAIR));
-            // Their count is a power of two.
-            let (world, camera) = &self.moments[sample as usize & (self.moments.len() - 1)];
-            self.tracer.world = world;
-            let lens = || self.sampler.pair(LENS_PAIR);
-            let ray = camera.ray(f64::from(x_px) + 0.5 + x, f64::from(y_px) + 0.5 + y, lens);
-            let radiance = self.tracer.radiance(ray, &mut self.sampler);
-            if radiance.iter().all(|channel| channel.is_finite()) {
-                sums.add(&radiance);
-            } else {
-                tile.non_finite_samples += 1;
-                tile.first_non_finite = tile.first_non_finite.or(Some(SamplePlace { y_px, x_px, sample }));
+        let (left, top) = (self.origin.0 + tile.corner.0, self.origin.1 + tile.corner.1);
+        let width = tile.width;
+        let place = |place: u32| (left + place % width, top + place / width);
+        // Their count is a power of two.
+        let (world, camera) = &self.moments[samples.start as usize & (self.moments.len() - 1)];
+        self.tracer.world = world;
+        self.pixels.clear();
+        self.pixels.extend(open.iter().map(|&pixel| {
+            let (x_px, y_px) = place(pixel);
+            u64::from(y_px) * u64::from(render.width_px) + u64::from(x_px)
+        }));
+        self.points.start(&self.pixels, samples.clone());
+        self.tracer.paths.clear();
+        for (index, &pixel) in (0..).zip(open) {
+            let (x_px, y_px) = place(pixel);
+            for k in 0..samples.end - samples.start {
+                let of = self.points.of(index, k);
+                let (x, y) = filter_offset(&render.filter, self.points.pair(of, PIXEL_PAIR));
+                let lens = || self.points.pair(of, LENS_PAIR);
+                let ray = camera.ray(f64::from(x_px) + 0.5 + x, f64::from(y_px) + 0.5 + y, lens);
+                self.tracer.begin(ray, of);
             }
         }
-        Some(sums)
+        self.tracer.follow(&mut self.points);
+        let mut paths = self.tracer.paths.iter();
+        for &pixel in open {
+            for (sample, path) in samples.clone().zip(&mut paths) {
+                let radiance = &path.radiance;
+                if radiance.iter().all(|channel| channel.is_finite()) {
+                    tile.sums[pixel as usize].add(radiance);
+                } else {
+                    let (x_px, y_px) = place(pixel);
+                    let first = Some(SamplePlace { y_px, x_px, sample });
+                    tile.non_finite_samples += 1;
+                    tile.first_non_finite = earlier(tile.first_non_finite, first);
+                }
+            }
+        }
     }
-}
 
-impl Worker<'_, '_> {
     /// Whether the picture asks for no less noise than the pixel has.
     fn is_quiet(&self, sums: &PixelSums) -> bool {
         let Some(share) = self.model.render.noise_max else { return false };

@@ -25,8 +25,9 @@
 //!
 //! # How it works
 //! [`RenderModel::compile`] takes the `render` half of a scene and the shapes of its bodies. For each frame [`World`] puts
-//! the bodies into their places and builds a tree of boxes over them; then every pixel's paths are traced by one
-//! function, `PathTracer::radiance`. Rays are met exactly in `f64`; `f32` only culls, and wide of all rounding.
+//! the bodies into their places and builds a tree of boxes over them; then the paths of a tile's pixels go from vertex to vertex
+//! together (`PathTracer::follow`), and all their rays are traced at once. Rays are met exactly in `f64`; `f32` only culls, and wide
+//! of all rounding.
 //!
 //! # Limits
 //! Colours are red, green and blue, not spectra. A rough coating of plastic loses what would leave it after a second reflection. At each
@@ -45,13 +46,13 @@ mod exr_file;
 mod features;
 mod film;
 mod frame;
-mod lanes;
 mod light;
 mod model;
 mod path;
 mod picture;
 mod radiance_file;
 mod ray;
+mod rings;
 mod sampler;
 mod sieve;
 mod solids;
@@ -62,15 +63,16 @@ pub mod bsdf;
 pub mod node;
 pub mod warp;
 
+pub use bvh::Tracer;
 pub use environment::{EnvironmentMap, MapError, MapSample};
 pub use exr_file::encode as exr_bytes;
 pub use features::{FeatureImages, film_channels};
 pub use film::{Film, PixelSums, SamplePlace, luminance};
-pub use frame::{Job, add_samples, render, render_while};
+pub use frame::{Job, Stage, add_samples, render, render_on, render_while};
 pub use model::RenderModel;
 pub use picture::{png_bytes, srgb_bytes, srgb_code};
 pub use ray::Ray;
 pub use sampler::Sampler;
 pub use solids::{FormulaRefused, initial_states};
 pub use tone::tone_map;
-pub use world::{Hit, PoseError, World};
+pub use world::{Hierarchy, Hit, PoseError, ShadowEnd, World};

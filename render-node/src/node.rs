@@ -2,7 +2,7 @@
 
 use crate::environment::{EnvironmentMap, MapError};
 use crate::film::{Film, SamplePlace};
-use crate::frame::{Job, render_while};
+use crate::frame::{Job, Stage, render_on};
 use crate::model::RenderModel;
 use crate::picture::png_bytes;
 use crate::solids::FormulaRefused;
@@ -204,6 +204,7 @@ fn render_all(
     let threads = options.threads.or(std::thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
     done.frame_count = scene.time.frame_count();
     let mut next_frame = 0;
+    let mut stage = Stage::default();
     while let Some(message) = keyframes.next(stop)? {
         let state = state::decode(&message.bytes)
             .map_err(|source| NodeError::State { sequence: message.sequence, source })?;
@@ -212,7 +213,7 @@ fn render_all(
         let frame = scene.time.frame_at(step).filter(|&frame| frame > next_frame).unwrap_or(next_frame);
         next_frame = frame + 1;
         let job = Job { frame, seed: scene.seed, threads };
-        let film = render_while(&model, &state.bodies, &job, &mut || keyframes.go_on());
+        let film = render_on(&mut stage, &model, &state.bodies, &job, &mut || keyframes.go_on());
         let Some(film) = film.map_err(|source| NodeError::Pose { frame, step, source })? else {
             break;
         };

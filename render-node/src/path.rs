@@ -1,11 +1,13 @@
 //! The path tracer: what light comes back along a ray.
 
+use crate::bvh::Tracer;
 use crate::film::luminance;
+use crate::light::LightSample;
 use crate::model::{RenderModel, Shining};
 use crate::ray::{Ray, Vertex};
-use crate::sampler::Sampler;
+use crate::sampler::{Points, SampleOf};
 use crate::warp::Frame;
-use crate::world::{Surface, World};
+use crate::world::{Hit, ShadowEnd, Surface, World};
 use geometry::Vec3;
 use schemas::scene::render::{DirectLight, UNLIMITED};
 
@@ -20,73 +22,168 @@ const PAIRS_OF_A_BOUNCE: usize = 3;
 /// With no limit of bounces a path ends with at least this probability at each, so that it ends among white walls, too.
 const END_LEAST: f64 = 0.05;
 
-/// Traces paths in one posed scene.
+/// Traces paths in one posed scene, many at a time.
 pub(crate) struct PathTracer<'a> {
     pub model: &'a RenderModel,
     pub world: &'a World<'a>,
     /// Rays traced so far.
     pub rays: u64,
+    pub tracer: Tracer,
+    /// What the paths have seen so far, by their numbers.
+    pub paths: Vec<Path>,
+    /// Paths that go on, and their rays; and what these meet.
+    going: Vec<u32>,
+    going_rays: Vec<Ray>,
+    hits: Vec<Option<Hit>>,
+    /// Shadow rays, and what comes along them to which path if nothing is in the way.
+    shadow_rays: Vec<Ray>,
+    shadow_ends: Vec<ShadowEnd>,
+    shadow_light: Vec<(u32, Vec3)>,
+    blocked: Vec<bool>,
 }
 
-impl PathTracer<'_> {
-    /// Radiance (red, green, blue) that arrives against a camera ray: one sample of it.
+/// A path on its way from the camera.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Path {
+    /// Light (red, green, blue) that was found along it: in the end one sample of the radiance that arrives against its
+    /// camera ray.
+    pub radiance: Vec3,
+    throughput: Vec3,
+    /// Whose random numbers it takes.
+    of: SampleOf,
+    /// Density with which the surface chose the direction of the path's ray; none where no other could have been chosen.
+    bsdf_pdf: Option<f64>,
+}
+
+impl<'a> PathTracer<'a> {
+    pub(crate) fn new(model: &'a RenderModel, world: &'a World<'a>) -> PathTracer<'a> {
+        PathTracer {
+            model,
+            world,
+            rays: 0,
+            tracer: Tracer::default(),
+            paths: Vec::new(),
+            going: Vec::new(),
+            going_rays: Vec::new(),
+            hits: Vec::new(),
+            shadow_rays: Vec::new(),
+            shadow_ends: Vec::new(),
+            shadow_light: Vec::new(),
+            blocked: Vec::new(),
+        }
+    }
+
+    /// Begins a path with a camera ray; its number is how many were begun before.
+    #[inline]
+    pub(crate) fn begin(&mut self, camera_ray: Ray, of: SampleOf) {
+        self.going.push(self.paths.len() as u32);
+        self.going_rays.push(camera_ray);
+        let (radiance, throughput) = (Vec3::zeros(), Vec3::repeat(1.0));
+        self.paths.push(Path { radiance, throughput, of, bsdf_pdf: None });
+    }
+
+    /// Follows the paths that were begun to their ends.
+    ///
+    /// All go from vertex to vertex together, since many rays are traced faster than one. What a path finds does not
+    /// depend on the others.
     ///
     /// At every vertex one light is asked for its light by a shadow ray, and the path goes on in a direction that the
     /// surface chooses; where that meets a light by itself, the two ways to find its light are weighted against each other
     /// (multiple importance sampling). The sky, which is never asked, is what a bounced ray sees when it meets nothing. After `bounces_max`
     /// bounces the last ray only asks what shines on it. After `roulette_after` bounces a path goes on with the probability
     /// of its throughput, which is divided by it (Russian roulette), so the mean stays the same.
-    pub(crate) fn radiance(&mut self, camera_ray: Ray, sampler: &mut Sampler) -> Vec3 {
-        let settings = &self.model.render;
-        let (bounces_max, roulette_after) = (settings.bounces_max, settings.roulette_after);
-        let mut radiance = Vec3::zeros();
-        let mut throughput = Vec3::repeat(1.0);
-        let mut ray = camera_ray;
-        // Density with which the surface chose the ray's direction; none where no other could have been chosen.
-        let mut bsdf_pdf = None;
+    pub(crate) fn follow(&mut self, points: &mut Points) {
+        let bounces_max = self.model.render.bounces_max;
         for bounce in 0..=bounces_max {
-            self.rays += 1;
-            let Some(hit) = self.world.closest(&ray) else {
-                let light = throughput.component_mul(&self.sky_met(&ray, bsdf_pdf));
-                return radiance + self.cut(light, bounce);
-            };
-            let vertex = match self.world.surface(&ray, &hit) {
-                Surface::Scattering(vertex) => vertex,
-                Surface::Emitter(emitted) => {
-                    return radiance + self.cut(throughput.component_mul(&emitted), bounce);
-                }
-                Surface::Light(light) => {
-                    let emitted = self.light_met(light, &ray, hit.distance, bsdf_pdf);
-                    return radiance + self.cut(throughput.component_mul(&emitted), bounce);
-                }
-            };
-            let frame = Frame::about(&vertex.normal);
-            let wo = -frame.local(&ray.direction);
-            let dimensions = PAIRS_OF_A_BOUNCE * bounce as usize;
-            if self.model.features.lights && !vertex.bsdf.is_mirror() {
-                let light = self.light_asked(&vertex, &frame, &wo, sampler.pair(dimensions + LIGHT_PAIR));
-                radiance += self.cut(throughput.component_mul(&light), bounce + 1);
+            if self.going.is_empty() {
+                return;
             }
-            let Some(sample) = vertex.bsdf.sample(&wo, sampler.pair(dimensions + BSDF_PAIR)) else {
-                return radiance;
-            };
-            throughput.component_mul_assign(&sample.weight);
-            if throughput == Vec3::zeros() {
-                return radiance;
-            }
-            if bounce >= roulette_after {
-                let most = if bounces_max == UNLIMITED { 1.0 - END_LEAST } else { 1.0 };
-                let share = at_most(throughput.max(), most);
-                if sampler.pair(dimensions + ROULETTE_PAIR).0 >= share {
-                    return radiance;
+            self.rays += self.going.len() as u64;
+            self.world.closest_each(&mut self.tracer, &self.going_rays, &mut self.hits);
+            let mut still_going = 0;
+            for place in 0..self.going.len() {
+                let (number, ray, hit) = (self.going[place], self.going_rays[place], self.hits[place]);
+                if let Some(next) = self.turn(bounce, number, &ray, hit, points) {
+                    (self.going[still_going], self.going_rays[still_going]) = (number, next);
+                    still_going += 1;
                 }
-                throughput /= share;
             }
-            bsdf_pdf = sample.pdf;
-            ray = vertex.leave(frame.world(&sample.wi));
+            self.going.truncate(still_going);
+            self.going_rays.truncate(still_going);
+            self.look_at_lights();
         }
-        let light = throughput.component_mul(&self.last_light(&ray, bsdf_pdf));
-        radiance + self.cut(light, bounces_max.saturating_add(1))
+        self.last_light(bounces_max.saturating_add(1));
+    }
+
+    /// What happens at a vertex of a path: where its ray meets a surface, or nothing. The ray on which it goes on, if it
+    /// does.
+    #[inline]
+    fn turn(
+        &mut self,
+        bounce: u32,
+        number: u32,
+        ray: &Ray,
+        hit: Option<Hit>,
+        points: &mut Points,
+    ) -> Option<Ray> {
+        let settings = &self.model.render;
+        let world = self.world;
+        let Path { throughput, of, bsdf_pdf, .. } = self.paths[number as usize];
+        let surface = hit.map(|hit| (hit, world.surface(ray, &hit)));
+        let vertex = match surface {
+            Some((_, Surface::Scattering(vertex))) => vertex,
+            emitting => {
+                let light = throughput.component_mul(&self.light_seen(ray, emitting, bsdf_pdf));
+                let light = self.cut(light, bounce);
+                self.paths[number as usize].radiance += light;
+                return None;
+            }
+        };
+        let frame = Frame::about(&vertex.normal);
+        let wo = -frame.local(&ray.direction);
+        let dimensions = PAIRS_OF_A_BOUNCE * bounce as usize;
+        if self.model.features.lights && !vertex.bsdf.is_mirror() {
+            let square = points.pair(of, dimensions + LIGHT_PAIR);
+            if let Some((light, sample, target)) = self.light_asked(&vertex, &frame, &wo, square) {
+                self.shadow_rays.push(vertex.leave(sample.direction));
+                self.shadow_ends.push(ShadowEnd { distance: sample.distance, target });
+                let light = self.cut(throughput.component_mul(&light), bounce + 1);
+                self.shadow_light.push((number, light));
+            }
+        }
+        let sample = vertex.bsdf.sample(&wo, points.pair(of, dimensions + BSDF_PAIR))?;
+        let mut throughput = throughput.component_mul(&sample.weight);
+        if throughput == Vec3::zeros() {
+            return None;
+        }
+        if bounce >= settings.roulette_after {
+            let most = if settings.bounces_max == UNLIMITED { 1.0 - END_LEAST } else { 1.0 };
+            let share = at_most(throughput.max(), most);
+            if points.pair(of, dimensions + ROULETTE_PAIR).0 >= share {
+                return None;
+            }
+            throughput /= share;
+        }
+        let path = &mut self.paths[number as usize];
+        (path.throughput, path.bsdf_pdf) = (throughput, sample.pdf);
+        Some(vertex.leave(frame.world(&sample.wi)))
+    }
+
+    /// Adds what comes along the shadow rays that nothing is in the way of.
+    fn look_at_lights(&mut self) {
+        if self.shadow_rays.is_empty() {
+            return;
+        }
+        self.rays += self.shadow_rays.len() as u64;
+        self.world.any_each(&mut self.tracer, &self.shadow_rays, &self.shadow_ends, &mut self.blocked);
+        for (&(number, light), &blocked) in self.shadow_light.iter().zip(&self.blocked) {
+            if !blocked {
+                self.paths[number as usize].radiance += light;
+            }
+        }
+        self.shadow_rays.clear();
+        self.shadow_ends.clear();
+        self.shadow_light.clear();
     }
 
     /// Light that comes after so many reflections, cut down to `indirect_max` after more than one.
@@ -102,10 +199,18 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Light that the surface at a vertex sends along `wo` from one light, chosen at random, that stands for all.
-    fn light_asked(&mut self, vertex: &Vertex, frame: &Frame, wo: &Vec3, (u, v): (f64, f64)) -> Vec3 {
+    /// Light that the surface at a vertex sends along `wo` from one light, chosen at random, that stands for all, if
+    /// nothing is in between; with the direction and the light that it comes from. `None` where it is none anyway.
+    #[inline]
+    fn light_asked(
+        &self,
+        vertex: &Vertex,
+        frame: &Frame,
+        wo: &Vec3,
+        (u, v): (f64, f64),
+    ) -> Option<(Vec3, LightSample, Option<usize>)> {
         if self.model.shining.is_empty() {
-            return Vec3::zeros();
+            return None;
         }
         let count = self.model.shining.len() as f64;
         // The whole part of `count u` chooses; the rest is again uniform.
@@ -113,29 +218,32 @@ impl PathTracer<'_> {
         let chosen = scaled as usize;
         let square = (scaled - chosen as f64, v);
         let (sample, target) = match self.model.shining[chosen] {
-            Shining::Area(index) => (self.model.lights[index].sample(&vertex.point, square), Some(index)),
-            Shining::Sun(index) => (Some(self.model.suns[index].sample(square)), None),
-            Shining::Environment => {
-                (self.model.environment.as_ref().map(|environment| environment.sample(square)), None)
-            }
+            Shining::Area(index) => (self.model.lights[index].sample(&vertex.point, square)?, Some(index)),
+            Shining::Sun(index) => (self.model.suns[index].sample(square), None),
+            Shining::Environment => (self.model.environment.as_ref()?.sample(square), None),
         };
-        let Some(sample) = sample else { return Vec3::zeros() };
         let wi = frame.local(&sample.direction);
         let bsdf = vertex.bsdf.eval(wo, &wi);
         if !(wi.z > 0.0) || bsdf == Vec3::zeros() {
-            return Vec3::zeros();
+            return None;
         }
         let light_pdf = sample.pdf / count;
         let weight = match self.model.render.direct_light {
             DirectLight::Mis => mis_weight(light_pdf, vertex.bsdf.pdf(wo, &wi)),
             DirectLight::Lights => 1.0,
-            DirectLight::Bsdf => return Vec3::zeros(),
+            DirectLight::Bsdf => return None,
         };
-        self.rays += 1;
-        if self.world.any(&vertex.leave(sample.direction), sample.distance, target) {
-            return Vec3::zeros();
+        Some((bsdf.component_mul(&sample.radiance) * (weight / light_pdf), sample, target))
+    }
+
+    /// Light that comes back along a ray from where it ends: nothing, a light, a body that glows, or the sky.
+    fn light_seen(&self, ray: &Ray, end: Option<(Hit, Surface)>, bsdf_pdf: Option<f64>) -> Vec3 {
+        match end {
+            None => self.sky_met(ray, bsdf_pdf),
+            Some((_, Surface::Scattering(_))) => Vec3::zeros(),
+            Some((_, Surface::Emitter(emitted))) => emitted,
+            Some((hit, Surface::Light(light))) => self.light_met(light, ray, hit.distance, bsdf_pdf),
         }
-        bsdf.component_mul(&sample.radiance) * (weight / light_pdf)
     }
 
     /// Light of a light that a ray from camera or surface meets by itself.
@@ -178,32 +286,41 @@ impl PathTracer<'_> {
         }
     }
 
-    /// What shines along the last ray of a path: nothing, a light, a body that glows, or the sky.
-    fn last_light(&mut self, ray: &Ray, bsdf_pdf: Option<f64>) -> Vec3 {
-        if self.model.features.emitters {
-            self.rays += 1;
-            return match self.world.closest(ray) {
-                None => self.sky_met(ray, bsdf_pdf),
-                Some(hit) => match self.world.surface(ray, &hit) {
-                    Surface::Scattering(_) => Vec3::zeros(),
-                    Surface::Emitter(emitted) => emitted,
-                    Surface::Light(light) => self.light_met(light, ray, hit.distance, bsdf_pdf),
-                },
-            };
-        }
-        // What it would see were there no bodies tells whether they have to be looked at.
-        let (light, distance, target) = match self.world.closest_light(ray) {
-            Some((index, distance)) => {
-                (self.light_met(index, ray, distance, bsdf_pdf), distance, Some(index))
+    /// Adds what shines along the last rays of the paths that have not ended.
+    fn last_light(&mut self, reflections: u32) {
+        let (world, features) = (self.world, &self.model.features);
+        if features.emitters && !self.going.is_empty() {
+            self.rays += self.going.len() as u64;
+            world.closest_each(&mut self.tracer, &self.going_rays, &mut self.hits);
+            for ((&number, ray), hit) in self.going.iter().zip(&self.going_rays).zip(&self.hits) {
+                let Path { throughput, bsdf_pdf, .. } = self.paths[number as usize];
+                let end = hit.map(|hit| (hit, world.surface(ray, &hit)));
+                let light = throughput.component_mul(&self.light_seen(ray, end, bsdf_pdf));
+                let light = self.cut(light, reflections);
+                self.paths[number as usize].radiance += light;
             }
-            None if self.model.features.sky => (self.sky_met(ray, bsdf_pdf), f64::INFINITY, None),
-            None => return Vec3::zeros(),
-        };
-        if light == Vec3::zeros() {
-            return light;
+        } else if !features.emitters {
+            // What a ray would see were there no bodies tells whether they have to be looked at.
+            for (&number, ray) in self.going.iter().zip(&self.going_rays) {
+                let Path { throughput, bsdf_pdf, .. } = self.paths[number as usize];
+                let (light, distance, target) = match world.closest_light(ray) {
+                    Some((index, distance)) => {
+                        (self.light_met(index, ray, distance, bsdf_pdf), distance, Some(index))
+                    }
+                    None if features.sky => (self.sky_met(ray, bsdf_pdf), f64::INFINITY, None),
+                    None => continue,
+                };
+                if light != Vec3::zeros() {
+                    self.shadow_rays.push(*ray);
+                    self.shadow_ends.push(ShadowEnd { distance, target });
+                    let light = self.cut(throughput.component_mul(&light), reflections);
+                    self.shadow_light.push((number, light));
+                }
+            }
+            self.look_at_lights();
         }
-        self.rays += 1;
-        if self.world.any(ray, distance, target) { Vec3::zeros() } else { light }
+        self.going.clear();
+        self.going_rays.clear();
     }
 }
 

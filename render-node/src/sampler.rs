@@ -9,6 +9,7 @@
 //! uniform. `independent`: two ChaCha8 numbers for each sample and pair. Both are made by the crate `random`, which names
 //! their sources.
 
+use core::ops::Range;
 use random::{Scrambled, Stream, unit};
 use schemas::scene::render;
 
@@ -23,80 +24,134 @@ const USUAL_MAX: usize = 16;
 /// The random numbers of one sample of one pixel at a time.
 #[derive(Clone, Debug)]
 pub struct Sampler {
-    stream: Stream,
-    kind: render::Sampler,
-    pixel: Option<u64>,
-    sample: u32,
-    /// The point sets of the pixel's pairs of dimensions, as far as they were made.
-    sets: Vec<Scrambled>,
-    /// How many are made for a new pixel at once: as many as some pixel before it needed. No number depends on it.
-    usual: usize,
-    /// The independent points of the sample's pairs of dimensions, as far as they were asked for.
-    points: Vec<(f64, f64)>,
+    points: Points,
 }
 
 impl Sampler {
     /// The random numbers of a frame.
     pub fn new(seed: u64, frame: u64, kind: render::Sampler) -> Sampler {
-        let purpose = match kind {
-            render::Sampler::Sobol => PURPOSE,
-            render::Sampler::Independent => PURPOSE_INDEPENDENT,
-        };
-        let stream = Stream::new(seed, frame, purpose);
-        Sampler { stream, kind, pixel: None, sample: 0, sets: Vec::new(), usual: 0, points: Vec::new() }
+        Sampler { points: Points::new(seed, frame, kind) }
     }
 
     /// Goes to a sample of a pixel; pixels are numbered row by row from the top left.
     pub fn start(&mut self, pixel: u64, sample: u32) {
-        match self.kind {
-            render::Sampler::Sobol if self.pixel != Some(pixel) => {
-                self.stream.go_to(pixel);
-                self.sets.clear();
-                self.make_sets(self.usual);
-            }
-            render::Sampler::Sobol => {}
-            render::Sampler::Independent => {
-                self.stream.go_to_part(pixel, sample);
-                self.points.clear();
-            }
-        }
-        self.pixel = Some(pixel);
-        self.sample = sample;
+        self.points.start(&[pixel], sample..sample + 1);
     }
 
     /// A point in the open unit square: the current sample's values of a pair of dimensions.
-    #[inline(always)]
     pub fn pair(&mut self, pair: usize) -> (f64, f64) {
-        match self.sets.get(pair) {
-            Some(set) => set.point(self.sample),
-            None => self.first_pair(pair),
+        self.points.pair(self.points.of(0, 0), pair)
+    }
+}
+
+/// A sample of one of the pixels that [`Points`] is at.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SampleOf {
+    /// Which of the pixels.
+    place: u32,
+    /// Number of the sample within the pixel.
+    sample: u32,
+}
+
+/// The random numbers of some samples of many pixels.
+#[derive(Clone, Debug)]
+pub(crate) struct Points {
+    stream: Stream,
+    kind: render::Sampler,
+    pixels: Vec<u64>,
+    first_sample: u32,
+    samples: u32,
+    /// The point sets of each pixel's pairs of dimensions, as far as they were made.
+    sets: Vec<Vec<Scrambled>>,
+    /// How many are made at once: as many as some pixel before it needed. No number depends on it.
+    usual: usize,
+    /// The independent points of each sample's pairs of dimensions, as far as they were asked for.
+    points: Vec<Vec<(f64, f64)>>,
+}
+
+impl Points {
+    pub(crate) fn new(seed: u64, frame: u64, kind: render::Sampler) -> Points {
+        let purpose = match kind {
+            render::Sampler::Sobol => PURPOSE,
+            render::Sampler::Independent => PURPOSE_INDEPENDENT,
+        };
+        Points {
+            stream: Stream::new(seed, frame, purpose),
+            kind,
+            pixels: Vec::new(),
+            first_sample: 0,
+            samples: 0,
+            sets: Vec::new(),
+            usual: 1,
+            points: Vec::new(),
+        }
+    }
+
+    /// Goes to some samples of some pixels.
+    pub(crate) fn start(&mut self, pixels: &[u64], samples: Range<u32>) {
+        (self.first_sample, self.samples) = (samples.start, samples.end - samples.start);
+        match self.kind {
+            // Point sets are those of all samples of a pixel.
+            render::Sampler::Sobol if self.pixels == pixels => {}
+            render::Sampler::Sobol => {
+                self.sets.iter_mut().for_each(Vec::clear);
+                self.sets.resize_with(pixels.len(), Vec::new);
+            }
+            render::Sampler::Independent => {
+                self.points.iter_mut().for_each(Vec::clear);
+                self.points.resize_with(pixels.len() * self.samples as usize, Vec::new);
+            }
+        }
+        self.pixels.clear();
+        self.pixels.extend_from_slice(pixels);
+    }
+
+    /// Sample k of pixel p of those that this is at.
+    #[inline(always)]
+    pub(crate) fn of(&self, place: u32, k: u32) -> SampleOf {
+        SampleOf { place, sample: self.first_sample + k }
+    }
+
+    /// A point in the open unit square: a sample's values of a pair of dimensions.
+    #[inline(always)]
+    pub(crate) fn pair(&mut self, of: SampleOf, pair: usize) -> (f64, f64) {
+        match self.sets.get(of.place as usize).and_then(|sets| sets.get(pair)) {
+            Some(set) => set.point(of.sample),
+            None => self.first_pair(of, pair),
         }
     }
 
     /// The same where the pair's point set is not there yet, or is not what is asked for.
     #[inline(never)]
-    fn first_pair(&mut self, pair: usize) -> (f64, f64) {
+    fn first_pair(&mut self, SampleOf { place, sample }: SampleOf, pair: usize) -> (f64, f64) {
+        let number = place * self.samples + (sample - self.first_sample);
+        let place = place as usize;
+        let pixel = self.pixels[place];
+        // Words are drawn in the order of pairs, whichever is asked for first.
         match self.kind {
             render::Sampler::Sobol => {
-                self.make_sets(pair + 1);
-                if self.usual < self.sets.len() && self.sets.len() <= USUAL_MAX {
-                    self.usual = self.sets.len();
+                if self.usual <= pair && pair < USUAL_MAX {
+                    self.usual = pair + 1;
                 }
-                self.sets[pair].point(self.sample)
+                let sets = &mut self.sets[place];
+                // Twice as many as before, so that starting anew costs no more than going on.
+                let count = (2 * sets.len()).max(self.usual).max(pair + 1);
+                sets.clear();
+                self.stream.go_to(pixel);
+                sets.extend((0..count).map(|_| Scrambled::from_stream(&mut self.stream)));
+                sets[pair].point(sample)
             }
             render::Sampler::Independent => {
-                while self.points.len() <= pair {
-                    self.points.push((unit(self.stream.word()), unit(self.stream.word())));
+                let points = &mut self.points[number as usize];
+                if points.len() <= pair {
+                    let count = (2 * points.len()).max(self.usual).max(pair + 1);
+                    points.clear();
+                    self.stream.go_to_part(pixel, sample);
+                    let stream = &mut self.stream;
+                    points.extend((0..count).map(|_| (unit(stream.word()), unit(stream.word()))));
                 }
-                self.points[pair]
+                points[pair]
             }
-        }
-    }
-
-    /// Makes point sets up to a count; words are drawn in the order of pairs, whichever is asked for first.
-    fn make_sets(&mut self, count: usize) {
-        while self.sets.len() < count {
-            self.sets.push(Scrambled::from_stream(&mut self.stream));
         }
     }
 }

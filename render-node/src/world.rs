@@ -4,15 +4,16 @@
 //! among equal ones that with the least number. So no order of traversal can change a bit.
 
 use crate::bsdf::Bsdf;
-use crate::bvh::Bvh;
-use crate::colour::{self, Wire};
+use crate::bvh::{Bvh, Reach, Tracer};
+use crate::colour;
 use crate::light::AreaLight;
 use crate::model::{PlaneShape, RenderModel};
 use crate::ray::{Ray, Vertex};
+use crate::rings::{PlacedRing, axes};
 use crate::sieve::Outline;
 use crate::solids::SolidFrame;
-use geometry::{Aabb, Circle, Vec3, plane, rotation, sphere, torus};
-use nalgebra::{Quaternion, UnitQuaternion};
+use geometry::lanes::{Level, RaysAndTori};
+use geometry::{Aabb, Vec3, plane, sphere};
 use schemas::scene::render::ColourBy;
 use schemas::state::BodyState;
 
@@ -51,11 +52,15 @@ pub struct World<'a> {
     bvh: Bvh,
 }
 
+/// The boxes over the bodies of one state.
+#[derive(Clone, Debug)]
+pub struct Hierarchy(Bvh);
+
 /// Bodies in their places.
 #[derive(Debug)]
 pub(crate) struct Bodies<'a> {
     model: &'a RenderModel,
-    rings: Vec<RingFrame>,
+    rings: Vec<PlacedRing>,
     sphere_centres: Vec<Vec3>,
     solids: Vec<SolidFrame>,
     /// Surfaces of the bodies, if their colours are not those of their looks.
@@ -63,15 +68,13 @@ pub(crate) struct Bodies<'a> {
     ray_start: f64,
 }
 
-/// A ring's frame in World, and its size.
+/// Where a ray that asks for a light ends.
 #[derive(Clone, Copy, Debug)]
-struct RingFrame {
-    centre: Vec3,
-    u: Vec3,
-    w: Vec3,
-    normal: Vec3,
-    major_radius: f64,
-    minor_radius: f64,
+pub struct ShadowEnd {
+    /// How far away the light is (m); infinite for the sky.
+    pub distance: f64,
+    /// Number of the light that the ray is meant to reach, which does not count.
+    pub target: Option<usize>,
 }
 
 /// A state that cannot be shown.
@@ -114,6 +117,20 @@ impl<'a> World<'a> {
     ///
     /// [`PoseError`] if the state is not one of the model's scene, or not a state at all.
     pub fn new(model: &'a RenderModel, states: &[BodyState]) -> Result<World<'a>, PoseError> {
+        World::after(model, states, None)
+    }
+
+    /// The same in less time: with the hierarchy of an earlier state of the scene, whose boxes are made anew; or with another
+    /// one, where the boxes would have grown too much. What rays meet does not depend on it.
+    ///
+    /// # Errors
+    ///
+    /// As [`World::new`].
+    pub fn after(
+        model: &'a RenderModel,
+        states: &[BodyState],
+        earlier: Option<Hierarchy>,
+    ) -> Result<World<'a>, PoseError> {
         let (expected, found) = (model.body_count(), states.len());
         if expected != found {
             return Err(PoseError::BodyCount { expected, found });
@@ -132,34 +149,82 @@ impl<'a> World<'a> {
         let all = states;
         let (rings, others) = states.split_at(model.rings.len());
         let (spheres, solids) = others.split_at(model.spheres.len());
-        let rings = model.rings.iter().zip(rings).map(|(shape, state)| {
-            let [x, y, z, w] = state.orientation;
-            let (u, w, normal) = rotation::axes(&UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z)));
-            let centre = Vec3::from(state.position_m);
-            let (major_radius, minor_radius) = (shape.major_radius, shape.minor_radius);
-            RingFrame { centre, u, w, normal, major_radius, minor_radius }
+        let ring_states = rings;
+        let rings = model.rings.iter().zip(rings).map(|(shape, state)| PlacedRing {
+            centre: Vec3::from(state.position_m),
+            normal: axes(state).2,
+            major_radius: shape.major_radius,
+            minor_radius: shape.minor_radius,
         });
+        let rings: Vec<_> = rings.collect();
         let sphere_centres = spheres.iter().map(|state| Vec3::from(state.position_m)).collect();
         let ray_start = model.ray_start();
         let solids = solids.iter().map(SolidFrame::new).chain(model.sheets.iter().copied());
         let solids: Vec<_> = solids.collect();
-        let rings: Vec<_> = rings.collect();
         let among_solids =
             || solids.iter().zip(&model.solids).filter_map(|(frame, (shape, _))| frame.wire(shape));
-        let wires = || rings.iter().map(RingFrame::wire).chain(among_solids()).collect::<Vec<_>>();
+        let of_rings = || rings.iter().zip(ring_states).map(|(ring, state)| ring.wire(state));
+        let wires = || of_rings().chain(among_solids()).collect::<Vec<_>>();
         let colours = match model.render.colouring.by {
             ColourBy::Penetration => colour::surfaces(&model.render.colouring, all, &wires()),
             _ => colour::surfaces(&model.render.colouring, all, &[]),
         };
         let bodies = Bodies { model, rings, sphere_centres, solids, colours, ray_start };
-        let bvh = Bvh::new(&bodies.boxes(), &bodies.outlines());
+        let bvh = match earlier {
+            None => Bvh::new(&bodies),
+            Some(Hierarchy(bvh)) => bvh.moved(&bodies),
+        };
         Ok(World { model, bodies, bvh })
+    }
+
+    /// The hierarchy, for a later state of the scene.
+    pub fn into_hierarchy(self) -> Hierarchy {
+        Hierarchy(self.bvh)
+    }
+
+    /// Memory of the hierarchy and of the rings in their places, in bytes.
+    pub fn hierarchy_bytes(&self) -> usize {
+        self.bvh.bytes() + size_of_val(self.bodies.rings.as_slice())
+    }
+
+    /// The first surfaces that rays meet, in the order of the rays. The same bits as for each ray alone, in less time.
+    pub fn closest_each(&self, tracer: &mut Tracer, rays: &[Ray], hits: &mut Vec<Option<Hit>>) {
+        let mut reaches = core::mem::take(&mut tracer.reaches);
+        reaches.clear();
+        reaches.extend(rays.iter().map(|ray| Reach::closest(self.closest_plane_or_light(ray))));
+        if self.model.features.bodies {
+            tracer.closest(&self.bvh, &self.bodies, rays, &mut reaches);
+        }
+        hits.clear();
+        hits.extend(reaches.iter().map(Reach::hit));
+        tracer.reaches = reaches;
+    }
+
+    /// Whether rays meet anything before their ends, in the order of the rays.
+    ///
+    /// # Panics
+    ///
+    /// If there are not as many ends as rays.
+    pub fn any_each(&self, tracer: &mut Tracer, rays: &[Ray], ends: &[ShadowEnd], blocked: &mut Vec<bool>) {
+        assert_eq!(rays.len(), ends.len(), "each ray has an end");
+        let mut reaches = core::mem::take(&mut tracer.reaches);
+        reaches.clear();
+        reaches.extend(rays.iter().zip(ends).map(|(ray, end)| {
+            Reach::before(end.distance, self.any_plane_or_light(ray, end.distance, end.target))
+        }));
+        if self.model.features.bodies {
+            tracer.any(&self.bvh, &self.bodies, rays, &mut reaches);
+        }
+        blocked.clear();
+        blocked.extend(reaches.iter().map(|reach| reach.hit().is_some()));
+        tracer.reaches = reaches;
     }
 
     /// The first surface that a ray meets.
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
-        let best = self.closest_plane_or_light(ray);
-        if self.model.features.bodies { self.bvh.closest(&self.bodies, ray, best) } else { best }
+        let mut hits = Vec::new();
+        self.closest_each(&mut Tracer::default(), core::slice::from_ref(ray), &mut hits);
+        hits.pop().flatten()
     }
 
     /// The same by asking every body: the oracle of the tests.
@@ -170,8 +235,10 @@ impl<'a> World<'a> {
 
     /// Whether a ray meets anything before a distance; a light that it is meant to reach does not count.
     pub fn any(&self, ray: &Ray, distance: f64, target: Option<usize>) -> bool {
-        self.any_plane_or_light(ray, distance, target)
-            || self.model.features.bodies && self.bvh.any(&self.bodies, ray, distance)
+        let mut blocked = Vec::new();
+        let ends = [ShadowEnd { distance, target }];
+        self.any_each(&mut Tracer::default(), core::slice::from_ref(ray), &ends, &mut blocked);
+        blocked == [true]
     }
 
     /// The same by asking every body: the oracle of the tests.
@@ -285,14 +352,11 @@ impl Bodies<'_> {
         }
         let body = body as usize;
         if let Some(ring) = self.rings.get(body) {
-            let (origin, direction) = (ring.local(&(ray.origin - ring.centre)), ring.local(&ray.direction));
-            return torus::ray_torus(
-                &origin,
-                &direction,
-                ring.major_radius,
-                ring.minor_radius,
-                self.ray_start,
-            );
+            let mut pairs = RaysAndTori::default();
+            let radii = [ring.major_radius, ring.minor_radius];
+            pairs.put(0, &(ray.origin - ring.centre), &ray.direction, &ring.normal, radii);
+            let [distance, ..] = pairs.first_hits(Level::new(), self.ray_start);
+            return (!distance.is_nan()).then_some(distance);
         }
         let sphere = body - self.rings.len();
         let Some(centre) = self.sphere_centres.get(sphere) else {
@@ -307,10 +371,7 @@ impl Bodies<'_> {
     fn surface(&self, body: u32, point: Vec3, ray: &Ray) -> Surface<'_> {
         let index = body as usize;
         let (outward, look, bulges) = if let Some(ring) = self.rings.get(index) {
-            let local = ring.local(&(point - ring.centre));
-            let outward = ring.world(&torus::normal(&local, ring.major_radius));
-            // On the outer half the tangent plane has the whole ring on one side.
-            let beyond = local.x * local.x + local.y * local.y >= ring.major_radius * ring.major_radius;
+            let (outward, beyond) = ring.outward(&point);
             (outward, self.model.rings[index].look, beyond)
         } else if let Some(centre) = self.sphere_centres.get(index - self.rings.len()) {
             let sphere = index - self.rings.len();
@@ -335,12 +396,25 @@ impl Bodies<'_> {
         })
     }
 
+    /// Rings come first.
+    pub(crate) fn ring_count(&self) -> u32 {
+        self.rings.len() as u32
+    }
+
+    #[inline(always)]
+    pub(crate) fn ring(&self, body: u32) -> &PlacedRing {
+        &self.rings[body as usize]
+    }
+
+    /// A ray does not meet a body nearer to its origin than this (m).
+    #[inline(always)]
+    pub(crate) fn ray_start(&self) -> f64 {
+        self.ray_start
+    }
+
     /// Boxes around all bodies, by number.
-    fn boxes(&self) -> Vec<Aabb> {
-        let rings = self.rings.iter().map(|ring| {
-            let RingFrame { centre, u, w, normal, major_radius: radius, minor_radius } = *ring;
-            torus::bounding_box(&Circle { centre, u, w, normal, radius }, minor_radius)
-        });
+    pub(crate) fn boxes(&self) -> Vec<Aabb> {
+        let rings = self.rings.iter().map(PlacedRing::bounding_box);
         let spheres = self.sphere_centres.iter().zip(&self.model.spheres);
         let spheres = spheres.map(|(centre, shape)| sphere::bounding_box(centre, shape.radius));
         let solids = self.solids.iter().zip(&self.model.solids);
@@ -348,43 +422,34 @@ impl Bodies<'_> {
         rings.chain(spheres).chain(solids).collect()
     }
 
-    /// Outlines of all bodies for the sieve, by number.
-    fn outlines(&self) -> Vec<Outline> {
-        let rings = self.rings.iter().map(|ring| Outline {
-            centre: ring.centre,
-            normal: ring.normal,
-            outer_radius: ring.major_radius + ring.minor_radius,
-            half_height: ring.minor_radius,
-            hole_radius: ring.major_radius - ring.minor_radius,
-        });
-        let spheres = self.sphere_centres.iter().zip(&self.model.spheres);
-        let spheres = spheres.map(|(centre, shape)| Outline {
+    /// A body's outline for the sieve.
+    #[inline(always)]
+    pub(crate) fn outline(&self, body: u32) -> Outline {
+        match self.rings.get(body as usize) {
+            Some(ring) => Outline {
+                centre: ring.centre,
+                normal: ring.normal,
+                outer_radius: ring.major_radius + ring.minor_radius,
+                half_height: ring.minor_radius,
+                hole_radius: ring.major_radius - ring.minor_radius,
+            },
+            None => self.outline_of_other(body),
+        }
+    }
+
+    #[cold]
+    fn outline_of_other(&self, body: u32) -> Outline {
+        let sphere = body as usize - self.rings.len();
+        let Some(centre) = self.sphere_centres.get(sphere) else {
+            let solid = sphere - self.sphere_centres.len();
+            return self.solids[solid].outline(&self.model.solids[solid].0);
+        };
+        Outline {
             centre: *centre,
             normal: Vec3::zeros(),
-            outer_radius: shape.radius,
+            outer_radius: self.model.spheres[sphere].radius,
             half_height: f64::INFINITY,
             hole_radius: -1.0,
-        });
-        let solids = self.solids.iter().zip(&self.model.solids);
-        let solids = solids.map(|(frame, (shape, _))| frame.outline(shape));
-        rings.chain(spheres).chain(solids).collect()
-    }
-}
-
-impl RingFrame {
-    fn wire(&self) -> Wire {
-        let RingFrame { centre, u, w, normal, major_radius: radius, minor_radius } = *self;
-        let circle = Circle { centre, u, w, normal, radius };
-        Wire { circle, minor_radius, bounds: torus::bounding_box(&circle, minor_radius) }
-    }
-
-    #[inline]
-    fn local(&self, vector: &Vec3) -> Vec3 {
-        Vec3::new(self.u.dot(vector), self.w.dot(vector), self.normal.dot(vector))
-    }
-
-    #[inline]
-    fn world(&self, local: &Vec3) -> Vec3 {
-        self.u * local.x + self.w * local.y + self.normal * local.z
+        }
     }
 }

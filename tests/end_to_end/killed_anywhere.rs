@@ -1,7 +1,7 @@
 //! kill -9 of one process, or of all, at any moment: what was flushed is readable, nobody hangs, nothing stays behind
 //! after the next start, and the run goes on to the very log that it would have left.
 //!
-//! 24 moments; `CHAINMAIL_KILLS=200 cargo test --test end_to_end killed_at_any_moment -- --nocapture` tries 200.
+//! 80 moments; `CHAINMAIL_KILLS=200 cargo test --test end_to_end killed_at_any_moment -- --nocapture` tries 200.
 
 use crate::command::Place;
 use bus::BusName;
@@ -34,7 +34,7 @@ const TARGETS: [&[&str]; 7] = [
 
 #[test]
 fn killed_at_any_moment() {
-    let count = std::env::var("CHAINMAIL_KILLS").map_or(24, |text| text.parse().expect("a number"));
+    let count = std::env::var("CHAINMAIL_KILLS").map_or(80, |text| text.parse().expect("a number"));
     let reference = Place::new();
     let begin = Instant::now();
     reference.expect(0, &[&["run", "tiny.toml", "--out", "run"][..], &RUN].concat());
@@ -58,11 +58,11 @@ fn killed_at_any_moment() {
     let (read, at_all) = (all.iter().filter(|outcome| outcome.steps > 0).count(), all.len());
     let resumed = all.iter().filter(|outcome| outcome.resumed).count();
     println!(
-        "{at_all} kills within {usual:.2?} and a third more: {read} logs had steps, {resumed} went on to the same bytes; the \
+        "{at_all} kills within three times {usual:.2?}: {read} logs had steps, {resumed} went on to the same bytes; the \
          slowest end took {slowest:.2?} (2 s expected, 20 s allowed on a loaded machine)"
     );
     assert!(slowest < Duration::from_secs(20));
-    assert!(count < 24 || (read > 0 && resumed > 0), "no kill hit a run");
+    assert!(count < 80 || (read > 0 && resumed > 0), "no kill hit a run");
 }
 
 struct Outcome {
@@ -83,8 +83,8 @@ fn spread(seed: u64) -> u64 {
 fn kill(seed: u64, usual: Duration, reference: &[u8]) -> Outcome {
     let place = Place::new();
     let target = TARGETS[(seed % TARGETS.len() as u64) as usize];
-    // Now and then after its end.
-    let wait = usual.mul_f64((spread(seed) % 1000) as f64 / 750.0);
+    // Runs side by side are slower. Now and then it is over.
+    let wait = usual.mul_f64((spread(seed) % 1000) as f64 * 0.003);
     let what = format!("seed {seed}: {target:?} killed after {wait:.2?}");
     let temporary = place.path("t");
     std::fs::create_dir(&temporary).expect("a folder");

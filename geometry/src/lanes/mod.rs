@@ -33,8 +33,10 @@ mod chart;
 mod cull;
 mod isolate;
 mod store;
+mod torus;
 mod wide;
 
+pub use torus::RaysAndTori;
 pub use wide::{LANES, Lanes, Mask};
 
 /// Four numbers of one lane.

@@ -4,7 +4,7 @@
 //! one before. Two chains at once fill the time that one would wait.
 
 use super::Simd;
-use core::ops::{Add, AddAssign, BitAnd, BitOr, BitOrAssign, Div, Mul, Neg, Not, Sub};
+use core::ops::{Add, AddAssign, BitAnd, BitOr, BitOrAssign, BitXor, Div, Mul, Neg, Not, Sub};
 use fearless_simd::prelude::*;
 use fearless_simd::{f64x4, f64x8, mask64x8};
 
@@ -112,6 +112,15 @@ fn halves(numbers: &[f64; LANES]) -> [&[f64; 8]; 2] {
 }
 
 impl<S: Simd> Mask<S> {
+    /// True where a bit is set, the lowest for the first lane.
+    #[inline(always)]
+    pub fn from_bitmask(simd: S, bits: u32) -> Mask<S> {
+        Mask(
+            mask64x8::from_bitmask(simd, u64::from(bits & 0xff)),
+            mask64x8::from_bitmask(simd, u64::from((bits >> 8) & 0xff)),
+        )
+    }
+
     /// The one number where true, the other where false.
     #[inline(always)]
     pub fn select(self, yes: Lanes<S>, no: Lanes<S>) -> Lanes<S> {
@@ -191,6 +200,14 @@ impl<S: Simd> BitOr for Mask<S> {
     #[inline(always)]
     fn bitor(self, other: Mask<S>) -> Mask<S> {
         Mask(self.0 | other.0, self.1 | other.1)
+    }
+}
+
+impl<S: Simd> BitXor for Mask<S> {
+    type Output = Mask<S>;
+    #[inline(always)]
+    fn bitxor(self, other: Mask<S>) -> Mask<S> {
+        Mask(self.0 ^ other.0, self.1 ^ other.1)
     }
 }
 

@@ -6,9 +6,10 @@
 pub mod csv;
 mod descriptor;
 pub mod messages;
+mod scenery;
 mod viewer;
 
-pub use viewer::{BODIES_DRAWN_MAX, viewer};
+pub use viewer::{BODIES_DRAWN_MAX, Put, ViewChannel, Viewer, viewer};
 
 use crate::fault::LogError;
 

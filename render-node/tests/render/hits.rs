@@ -2,7 +2,8 @@
 
 use crate::staging::{Dice, scene};
 use geometry::Vec3;
-use render_node::{Hit, Ray, RenderModel, World};
+use geometry::lanes::Level;
+use render_node::{Hit, Ray, RenderModel, ShadowEnd, Tracer, World};
 use schemas::scene::{Ring, Scene, Sphere};
 
 /// Rings and spheres at random places in a cube of half side 10, of sizes that differ up to a thousandfold.
@@ -175,4 +176,80 @@ fn equal_distances_go_to_the_lowest_number() {
         }
     }
     assert!(met > 50, "{met} rays met the rings");
+}
+
+/// What many rays meet, and whether they are blocked, as bits.
+fn traced(world: &World, level: Level, rays: &[Ray]) -> Vec<(Option<(u64, u32)>, bool)> {
+    let mut tracer = Tracer::new(level);
+    let (mut hits, mut blocked) = (Vec::new(), Vec::new());
+    world.closest_each(&mut tracer, rays, &mut hits);
+    let distance = |hit: &Option<Hit>| hit.map_or(f64::INFINITY, |hit| hit.distance * 1.25);
+    let ends: Vec<_> = hits.iter().map(|hit| ShadowEnd { distance: distance(hit), target: None }).collect();
+    world.any_each(&mut tracer, rays, &ends, &mut blocked);
+    hits.into_iter().map(bits).zip(blocked).collect()
+}
+
+#[test]
+fn lists_of_rays_meet_what_each_ray_meets_on_every_instruction_set() {
+    let mut dice = Dice::new(5);
+    let scene = heap(&mut dice, 300, 20);
+    let (model, _) = RenderModel::compile(&scene);
+    let states = scene.initial_bodies();
+    let world = World::new(&model, &states).expect("the state is the scene's");
+    let places: Vec<_> = states.iter().map(|state| (Vec3::from(state.position_m), 1.0)).collect();
+    let rays: Vec<_> = (0..3_000).map(|index| ray(&mut dice, index % 8, &world, &places)).collect();
+    let found = traced(&world, Level::new(), &rays);
+    for (ray, found) in rays.iter().zip(&found) {
+        assert_eq!(found.0, bits(world.closest_of_all(ray)), "{ray:?}");
+    }
+    let best = Level::new();
+    let mut levels = vec![Level::baseline()];
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    levels.extend([best.as_avx2().map(Level::Avx2), best.as_sse2().map(Level::Sse2)].into_iter().flatten());
+    for level in levels {
+        assert_eq!(traced(&world, level, &rays), found, "{level:?} and {best:?}");
+        // Other lists, the same answers.
+        let parts: Vec<_> = rays.chunks(77).flat_map(|rays| traced(&world, level, rays)).collect();
+        assert_eq!(parts, found, "{level:?} in parts");
+    }
+    let met = found.iter().filter(|(hit, _)| hit.is_some()).count();
+    println!("{met} of {} rays met something", rays.len());
+    assert!(met > 1_000);
+}
+
+#[test]
+fn a_hierarchy_of_an_earlier_state_finds_the_same() {
+    let mut dice = Dice::new(6);
+    let scene = heap(&mut dice, 200, 10);
+    let (model, _) = RenderModel::compile(&scene);
+    let before = scene.initial_bodies();
+    for moved_by in [1e-3, 1.0, 30.0, 1e6] {
+        let mut after = before.clone();
+        for state in &mut after {
+            let place = Vec3::from(state.position_m) + dice.in_cube(moved_by);
+            (state.position_m, state.orientation) = (place.into(), dice.quaternion());
+        }
+        let earlier = World::new(&model, &before).expect("a state").into_hierarchy();
+        let kept = World::after(&model, &after, Some(earlier)).expect("a state");
+        let anew = World::new(&model, &after).expect("a state");
+        let places: Vec<_> = after.iter().map(|state| (Vec3::from(state.position_m), 1.0)).collect();
+        let rays: Vec<_> = (0..2_000).map(|index| ray(&mut dice, index % 8, &anew, &places)).collect();
+        let found = traced(&anew, Level::new(), &rays);
+        assert_eq!(traced(&kept, Level::new(), &rays), found, "moved by {moved_by}");
+        let met = found.iter().filter(|(hit, _)| hit.is_some()).count();
+        println!("moved by up to {moved_by}: {met} of {} rays met something", rays.len());
+        assert!(met > 250);
+    }
+}
+
+#[test]
+fn rings_all_in_one_place_are_met() {
+    let mut dice = Dice::new(7);
+    let mut scene = heap(&mut dice, 1, 0);
+    scene.rings[0].major_radius_m = 3.0;
+    scene.rings[0].minor_radius_m = 1.0;
+    scene.rings.resize(700, scene.rings[0].clone());
+    let (met, blocked) = compare(&mut dice, &scene, 800);
+    println!("{met} of 800 rays met a ring, {blocked} were blocked");
+    assert!(met > 100, "{met} rays met a ring");
 }

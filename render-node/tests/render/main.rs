@@ -15,4 +15,5 @@ mod sky;
 mod solids;
 mod staging;
 mod surfaces;
+mod torus_lanes;
 mod warps;

@@ -59,7 +59,12 @@ impl Scene {
         self.solid_orientations().for_each(unit);
     }
 
-    pub(super) fn validate(&self) -> Result<(), SceneError> {
+    /// Checks every value, as [`Scene::parse`] does: for a scene that comes from a log, which may be anybody's.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] names the key, the value and what was expected.
+    pub fn validate(&self) -> Result<(), SceneError> {
         self.validate_time()?;
         self.validate_method()?;
         vector("forces.gravity_m_per_s2", &self.forces.gravity_m_per_s2)?;
