@@ -124,11 +124,11 @@ impl Records {
             }
             _ => None,
         };
+        let (stages, candidate_pairs) = self.stages(model, scratch, &contacts, &state_hash);
         StepRecord {
             step: state.step,
             sim_time_s: state.sim_time_s,
-            candidate_pairs: scratch.evaluation.candidates(model, &scratch.moment).count() as u64
-                + resting_pairs,
+            candidate_pairs: candidate_pairs + resting_pairs,
             contacts: contacts.len() as u64,
             kinetic_energy_j,
             gravity_energy_j,
@@ -142,7 +142,7 @@ impl Records {
             drive_work_j: (!model.driven().is_empty()).then_some(scratch.drive_work_j + 0.0),
             reactions: model.records_reactions().then(|| reactions(model, state, scratch)),
             audit: audited.then(|| audit(model, state)),
-            stages: self.stages(model, scratch, &contacts, &state_hash),
+            stages,
             state_hash,
             chained_hash: self.chained_hash,
         }
@@ -196,19 +196,21 @@ impl Records {
         self.unexplained.map_or(Ok(()), |unexplained| unexplained.check())
     }
 
+    /// The hash of each stage, and how many candidate pairs there are.
     fn stages(
         &mut self,
         model: &Model,
         scratch: &Scratch,
         contacts: &[(u32, u32, Contact)],
         state_hash: &Hash,
-    ) -> StageHashes {
+    ) -> (StageHashes, u64) {
         let evaluation = &scratch.evaluation;
         let bytes = &mut self.stage;
         bytes.clear();
         for &(a, b) in evaluation.candidates(model, &scratch.moment) {
             put_pair(bytes, a, b);
         }
+        let candidate_count = (bytes.len() / PAIR_BYTES) as u64;
         let candidate_pairs = Hash::of(bytes).short();
         bytes.clear();
         for (a, b, contact) in contacts {
@@ -223,7 +225,7 @@ impl Records {
             put(bytes, &[f.x, f.y, f.z, t.x, t.y, t.z]);
         }
         let forces = Hash::of(bytes).short();
-        StageHashes { candidate_pairs, contacts, forces, state: state_hash.short() }
+        (StageHashes { candidate_pairs, contacts, forces, state: state_hash.short() }, candidate_count)
     }
 }
 
@@ -246,6 +248,9 @@ fn penetration(model: &Model, contacts: &[(u32, u32, Contact)]) -> (f64, Option<
     }
     (deepest, beyond)
 }
+
+/// Bytes of a pair of bodies in a stage's hash.
+const PAIR_BYTES: usize = 2 * size_of::<u32>();
 
 fn put_pair(bytes: &mut Vec<u8>, a: u32, b: u32) {
     bytes.extend_from_slice(&a.to_le_bytes());
