@@ -68,6 +68,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let log = log_file::open(&arguments.log)?;
     log.require_same_version().map_err(log_file::failure)?;
     let threads = arguments.threads.unwrap_or_else(crate::default_threads);
+    #[cfg_attr(not(feature = "render"), expect(unused_mut))]
     let mut report = compare(&log, threads.get())?;
     #[cfg(feature = "render")]
     if arguments.frames && report.identical {

@@ -18,7 +18,8 @@ fn allowed_arrows() -> BTreeMap<&'static str, &'static [&'static str]> {
         ("sim-node", &["schemas", "geometry", "random", "bus"][..]),
         ("render-node", &["schemas", "geometry", "random", "bus"][..]),
         ("recorder", &["schemas", "bus"][..]),
-        ("", &["schemas", "bus", "sim-node", "render-node", "recorder"][..]),
+        ("studies", &["schemas", "sim-node"][..]),
+        ("", &["schemas", "bus", "sim-node", "render-node", "recorder", "studies"][..]),
     ])
 }
 
