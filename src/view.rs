@@ -9,7 +9,7 @@ use foxglove::websocket::{
     ServerListener,
 };
 use foxglove::{ChannelBuilder, Context, PartialMetadata, RawChannel, Schema, WebSocketServer};
-use recorder::export::{ExportError, Viewer};
+use recorder::export::{ExportError, Put, Viewer};
 use recorder::{Kind, Log};
 use schemas::log_time_ns;
 use std::path::PathBuf;
@@ -139,12 +139,7 @@ impl<'a> Stage<'a> {
     }
 
     /// Sends what is new at a time, or everything to somebody who has just come or has sought.
-    fn show(
-        &self,
-        tick: &Tick,
-        shown: &mut Shown,
-        put: &mut dyn FnMut(usize, u64, &[u8]) -> Result<(), ExportError>,
-    ) -> Result<(), Failure> {
+    fn show(&self, tick: &Tick, shown: &mut Shown, put: &mut Put) -> Result<(), Failure> {
         let step = self.step_at(tick.position_ns);
         if tick.anew {
             *shown = Shown::default();
