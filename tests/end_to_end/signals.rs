@@ -6,8 +6,14 @@ use bus::BusName;
 use std::os::unix::fs::PermissionsExt;
 
 fn long_run(place: &Place) -> Background {
-    let set =
-        ["--set", "time.duration_s=60", "--set", "render.samples_per_pixel=16", "--set", "render.width_px=64"];
+    let set = [
+        "--set",
+        "time.duration_s=60",
+        "--set",
+        "render.samples_per_pixel=16",
+        "--set",
+        "render.width_px=64",
+    ];
     let mut command = place.command(&[&["run", "tiny.toml", "--out", "run"][..], &set].concat());
     command.env("TMPDIR", place.path(""));
     let mut run = Background::start(command);
