@@ -36,7 +36,7 @@ const KINDS: [Kind; 4] = [
     Kind {
         id: "stiffness",
         title: "Stiffness and time step",
-        caption: "A ring dropped into a pinned one, undamped.",
+        caption: "A ring dropped into a pinned one, undamped. The softest material lets it sink in far deeper than the bound is stated for.",
         label: "line stiffness (N/m^2)",
         values: (1e3, 10.0),
         scene: |k| linked(k, 0.0, 1.0, 1.0),
