@@ -259,7 +259,11 @@ fn diagram(
             integrator.name().to_owned(),
             order.map_or_else(
                 || {
-                    if smallest < ROUNDING { "exact to rounding".to_owned() } else { "-".to_owned() }
+                    if smallest < ROUNDING && integrator != Integrator::Dopri5 {
+                        "exact to rounding".to_owned()
+                    } else {
+                        "-".to_owned()
+                    }
                 },
                 |order| format!("{order:.2}"),
             ),
