@@ -14,6 +14,9 @@ const INACCURATE: f64 = 0.02;
 /// One whose energy grows beyond this many times it is called unstable.
 const UNSTABLE: f64 = 2.0;
 
+/// No run is shorter (s): the rings of the slowest scene meet after 0.17 s.
+const SHORTEST_S: f64 = 0.4;
+
 /// A kind of map: what changes upwards, and the scene.
 struct Kind {
     id: &'static str,
@@ -190,7 +193,9 @@ fn bound(setting: &Setting, integrator: Integrator) -> f64 {
 
 /// The outcome's number and the reason.
 fn outcome(setting: &Setting, integrator: Integrator, time_step_s: f64, effort: Effort) -> (usize, String) {
-    let duration = effort.pick(300.0, 600.0) * setting.scale_s;
+    let swings = effort.pick(300.0, 600.0) * setting.scale_s;
+    // Long enough for the first touch and some more.
+    let duration = if swings > SHORTEST_S { swings } else { SHORTEST_S };
     match compile(&text(setting, integrator, time_step_s, duration)) {
         Ok(model) => run(&model, effort),
         Err(reason) => (2, reason),
