@@ -93,7 +93,7 @@ pub fn run(
     let parts = |study: &Study| match study {
         Study::Accuracy => accuracy::parts(own),
         Study::Contact => contact::PARTS,
-        Study::Stability => stability::parts(effort),
+        Study::Stability => stability::PARTS,
         Study::Energy => energy::PARTS,
         Study::Scaling => scaling::parts(effort),
         Study::LeftOut => scenes.len(),
