@@ -5,11 +5,14 @@
 mod again;
 mod explain;
 mod failure;
+mod keys;
 mod log_file;
+mod merge;
 #[cfg(feature = "movie")]
 mod movie;
 mod output;
 mod pictures;
+mod player;
 mod progress;
 mod scene_file;
 mod stop;
@@ -88,6 +91,8 @@ enum Verb {
     /// Render a log again with other camera, light, looks or film
     #[cfg(feature = "render")]
     Rerender(rerender::Arguments),
+    /// Make one log of a log's motion and the frames that several machines rendered
+    Merge(merge::Arguments),
     /// Make one picture of several frames of a log
     #[cfg(feature = "movie")]
     Sheet(sheet::Arguments),
@@ -126,6 +131,7 @@ fn main() -> ExitCode {
         Verb::Replay(arguments) => replay::run(&arguments),
         #[cfg(feature = "render")]
         Verb::Rerender(arguments) => rerender::run(&arguments),
+        Verb::Merge(arguments) => merge::run(&arguments),
         #[cfg(feature = "movie")]
         Verb::Sheet(arguments) => sheet::run(&arguments),
         Verb::Verify(arguments) => verify::run(&arguments),

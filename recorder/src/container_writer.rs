@@ -205,6 +205,11 @@ impl<W: Sink> ContainerWriter<W> {
         Ok(())
     }
 
+    /// Whether the chunk in progress holds at least one part in `parts` of the container so far.
+    pub fn chunk_share_is_at_least(&self, parts: u64) -> bool {
+        self.chunk.bytes.len() as u64 >= self.position / parts
+    }
+
     /// Bytes of the container so far, those of the chunk in progress included.
     pub fn bytes(&self) -> u64 {
         self.position + self.chunk.bytes.len() as u64
