@@ -3,6 +3,7 @@
 //! It knows no physics, no light and no bus protocol: everything is done by the libraries it calls.
 
 mod again;
+mod bus_file;
 mod explain;
 mod failure;
 mod keys;
@@ -109,6 +110,8 @@ enum Verb {
     /// Serve a log to Foxglove and Lichtblick, which play and seek it
     #[cfg(feature = "view")]
     View(view::Arguments),
+    /// Say how other programs of iceoryx2 find a run's topics
+    Bus(bus_file::Arguments),
     /// Say what is in a log
     Info(info::Arguments),
     /// Say what a scene needs, and what is left out
@@ -141,6 +144,7 @@ fn main() -> ExitCode {
         Verb::Export(arguments) => export::run(&arguments),
         #[cfg(feature = "view")]
         Verb::View(arguments) => view::run(&arguments),
+        Verb::Bus(arguments) => bus_file::run(&arguments),
         Verb::Info(arguments) => info::run(&arguments),
         Verb::Plan(arguments) => plan::run(&arguments),
         #[cfg(feature = "study")]

@@ -43,6 +43,7 @@ impl<W: Sink> PartWriter<W> {
             container.add_channel(schema, channel.topic, channel.message_encoding, &channel.metadata());
         }
         container.write(1, 0, 0, scene)?;
+        container.close_chunk()?;
         Ok(PartWriter { container, frames: 0 })
     }
 

@@ -88,7 +88,7 @@ fn logs_that_cannot_be_used() {
 fn every_verb_has_help_with_an_example() {
     let place = Place::new();
     for verb in
-        ["run", "sim", "render", "record", "replay", "rerender", "verify", "diff", "export", "info", "plan"]
+        ["run", "sim", "render", "record", "replay", "rerender", "verify", "diff", "export", "info", "plan", "merge", "bus"]
     {
         let text = place.expect(0, &[verb, "--help"]);
         assert!(text.contains(&format!("chainmail {verb} ")), "{verb} --help shows no example:\n{text}");
