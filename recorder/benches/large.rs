@@ -16,11 +16,13 @@ const RINGS: usize = 10_000;
 const STATE_BYTES: f64 = 56.0 + 16.0 + 104.0 * RINGS as f64;
 
 fn main() {
-    let gigabytes: f64 = std::env::var("CHAINMAIL_BENCH_GB").map_or(2.0, |text| text.parse().expect("a number"));
+    let gigabytes: f64 =
+        std::env::var("CHAINMAIL_BENCH_GB").map_or(2.0, |text| text.parse().expect("a number"));
     let steps = (gigabytes * 1e9 / STATE_BYTES) as u64;
     let folder = tempfile::Builder::new().prefix("chainmail-bench-");
     // Linux keeps what lies here in memory.
-    let folder = folder.tempdir_in(if Path::new("/dev/shm").is_dir() { "/dev/shm" } else { "." }).expect("a folder");
+    let folder =
+        folder.tempdir_in(if Path::new("/dev/shm").is_dir() { "/dev/shm" } else { "." }).expect("a folder");
     let path = folder.path().join("log.mcap");
     let scene = scene(steps);
     let message = serde_json::to_vec(&SceneRecord::new(scene.clone(), Plan::default())).expect("JSON");
@@ -38,14 +40,24 @@ fn main() {
         writer.write(&record).expect("a valid message");
         write_s += start.elapsed().as_secs_f64();
     }
-    let end = End { outcome: Outcome::Completed, step_count: steps, state_count: steps + 1, keyframe_count, chained_hash };
+    let end = End {
+        outcome: Outcome::Completed,
+        step_count: steps,
+        state_count: steps + 1,
+        keyframe_count,
+        chained_hash,
+    };
     let start = Instant::now();
     let time_ns = log_time_ns(steps as f64 * 0.001);
     writer.write(&Message::new(Kind::End, time_ns, wire::encode(&end))).expect("a valid message");
     let (_, written) = writer.finish().expect("memory");
     write_s += start.elapsed().as_secs_f64();
     let total = bytes as f64 / 1e9;
-    println!("{RINGS} rings, {steps} steps, {:.2} GB: write {:.2} GB/s", written.bytes as f64 / 1e9, total / write_s);
+    println!(
+        "{RINGS} rings, {steps} steps, {:.2} GB: write {:.2} GB/s",
+        written.bytes as f64 / 1e9,
+        total / write_s
+    );
     for _ in 0..3 {
         let start = Instant::now();
         let glance = Glance::of(&Log::open(&path).expect("a log")).expect("whole");
@@ -56,7 +68,11 @@ fn main() {
         let checker = log.check(&mut |_, _| {}).expect("whole");
         let check_s = start.elapsed().as_secs_f64();
         assert_eq!(checker.chained_hash(), chained_hash);
-        println!("glance (what info shows) {:.1} ms, read and hash {:.2} GB/s", 1e3 * glance_s, total / check_s);
+        println!(
+            "glance (what info shows) {:.1} ms, read and hash {:.2} GB/s",
+            1e3 * glance_s,
+            total / check_s
+        );
     }
 }
 

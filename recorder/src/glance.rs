@@ -98,7 +98,9 @@ impl fmt::Display for Glance {
         let (start_j, end_j, dissipated_j) = (self.energy_start_j, self.energy_end_j, self.dissipated_j);
         line(
             "energy",
-            format!("{start_j:.6e} J at the start, {end_j:.6e} J at the end, {dissipated_j:.6e} J dissipated"),
+            format!(
+                "{start_j:.6e} J at the start, {end_j:.6e} J at the end, {dissipated_j:.6e} J dissipated"
+            ),
         )?;
         line("chained hash", self.chained_hash.to_string())?;
         write!(f, "{:<12} {}, by its index and its ends; --check reads every byte", "health", self.health)

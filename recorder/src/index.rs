@@ -326,7 +326,10 @@ impl Index {
         let place = self.chunks[number];
         let record = record_at(file, place.offset, file.len())?;
         if record.opcode != op::CHUNK || record.end != place.end {
-            return Err(Damage::at(place.offset, "the index names a chunk here, where none of its length is"));
+            return Err(Damage::at(
+                place.offset,
+                "the index names a chunk here, where none of its length is",
+            ));
         }
         let chunk = Chunk::parse(record, place.offset)?;
         chunk.check(file)

@@ -134,7 +134,10 @@ impl Log {
                 };
                 if let Some(&entry) = walked.all.get(next) {
                     next += 1;
-                    return self.index.message(&self.bytes, chunk, entry).map_err(|damage| self.error(damage));
+                    return self
+                        .index
+                        .message(&self.bytes, chunk, entry)
+                        .map_err(|damage| self.error(damage));
                 }
                 if let Some(damage) = &walked.damage {
                     return Err(self.error(damage.clone()));

@@ -25,7 +25,8 @@ fn a_longer_run_needs_no_more_memory() {
     // Told at each tenth of the run; the recorder is at most a queue behind.
     let mut seen: Vec<(u64, [u64; 2])> = Vec::new();
     while let Some(line) = simulator.next_line() {
-        let step = line.strip_prefix("simulator (steps): ").and_then(|rest| rest.split(' ').next()?.parse().ok());
+        let step =
+            line.strip_prefix("simulator (steps): ").and_then(|rest| rest.split(' ').next()?.parse().ok());
         if let Some(step) = step.filter(|&step: &u64| step < STEPS) {
             let memory = [simulator.child.id(), recorder.id()].map(memory_of);
             println!("at step {step}: simulator and recorder {memory:?} bytes");
@@ -41,6 +42,9 @@ fn a_longer_run_needs_no_more_memory() {
     assert!(to - from >= STEPS / 2, "{seen:?}");
     for (part, name) in ["simulator", "recorder"].into_iter().enumerate() {
         let (first, last) = (first[part], last[part]);
-        assert!(last < first + 8 * (to - from), "the {name} had {first} bytes at step {from}, and {last} at step {to}");
+        assert!(
+            last < first + 8 * (to - from),
+            "the {name} had {first} bytes at step {from}, and {last} at step {to}"
+        );
     }
 }
