@@ -182,7 +182,10 @@ impl Player {
             }
             Key::Faster | Key::Slower => {
                 let factor = if key == Key::Faster { 2.0 } else { 0.5 };
-                self.rate = (self.rate * factor).clamp(1e-6, 1e6);
+                let rate = self.rate * factor;
+                if (1e-6..=1e6).contains(&rate) {
+                    self.rate = rate;
+                }
                 self.unbound = false;
                 self.anchor = (self.next, now);
             }
