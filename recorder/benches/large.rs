@@ -19,10 +19,9 @@ fn main() {
     let gigabytes: f64 =
         std::env::var("CHAINMAIL_BENCH_GB").map_or(2.0, |text| text.parse().expect("a number"));
     let steps = (gigabytes * 1e9 / STATE_BYTES) as u64;
-    let folder = tempfile::Builder::new().prefix("chainmail-bench-");
     // Linux keeps what lies here in memory.
-    let folder =
-        folder.tempdir_in(if Path::new("/dev/shm").is_dir() { "/dev/shm" } else { "." }).expect("a folder");
+    let parent = if Path::new("/dev/shm").is_dir() { "/dev/shm" } else { "." };
+    let folder = tempfile::Builder::new().prefix("chainmail-bench-").tempdir_in(parent).expect("a folder");
     let path = folder.path().join("log.mcap");
     let scene = scene(steps);
     let message = serde_json::to_vec(&SceneRecord::new(scene.clone(), Plan::default())).expect("JSON");
