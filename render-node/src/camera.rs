@@ -1,7 +1,9 @@
 //! Cameras: pinhole, thin lens, orthographic; standing or on a path; and the moments of an open shutter.
 
+use crate::flat::all_lanes;
 use crate::ray::Ray;
 use crate::warp;
+use geometry::lanes::{Lanes, Simd, Vectors};
 use geometry::{Vec3, rotation};
 use nalgebra::{Quaternion, UnitQuaternion};
 use random::{Stream, unit};
@@ -81,6 +83,25 @@ impl Camera {
             }
             Lens::Orthographic(forward) => Ray::new(self.position + to_picture, *forward),
         }
+    }
+}
+
+impl Camera {
+    /// Directions of sixteen rays from the [position](Camera::position) through points of the picture, as [`Camera::ray`] has
+    /// them; `None` if the camera has a lens or is orthographic.
+    #[inline(always)]
+    pub(crate) fn directions<S: Simd>(&self, simd: S, x_px: Lanes<S>, y_px: Lanes<S>) -> Option<Vectors<S>> {
+        let Lens::Pinhole = self.lens else { return None };
+        let across = all_lanes(simd, &self.right).times(x_px);
+        let down = all_lanes(simd, &self.down).times(y_px);
+        let to_picture = all_lanes(simd, &self.corner).plus(&across).plus(&down);
+        let norm = to_picture.dot(&to_picture).sqrt();
+        let [x, y, z] = to_picture.0;
+        Some(Vectors([x / norm, y / norm, z / norm]))
+    }
+
+    pub(crate) fn position(&self) -> Vec3 {
+        self.position
     }
 }
 
