@@ -1,6 +1,7 @@
 //! `view`: a log for Foxglove and Lichtblick to watch, live, over a WebSocket: they play, pause and seek.
 
 use crate::failure::{Exit, Failure, Outcome};
+use crate::resimulate::States;
 use crate::terminal::say;
 use crate::{log_file, stop};
 use clap::Args;
@@ -10,7 +11,7 @@ use foxglove::websocket::{
 };
 use foxglove::{ChannelBuilder, Context, PartialMetadata, RawChannel, Schema, WebSocketServer};
 use recorder::export::{ExportError, Put, Viewer};
-use recorder::{Kind, Log};
+use recorder::{Kind, Log, StateSource};
 use schemas::log_time_ns;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -47,7 +48,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         return Err(Failure::input(format!("--rate {}: expected a positive number", arguments.rate)));
     }
     let log = log_file::open_whole(&arguments.log)?;
-    let stage = Stage::new(&log)?;
+    let mut stage = Stage::new(&log)?;
     let player = Arc::new(Player::new(stage.end_ns(), !arguments.paused, arguments.rate));
     let context = Context::new();
     let channels = channels(&context)?;
@@ -99,6 +100,7 @@ fn channels(context: &Arc<Context>) -> Result<Vec<Arc<RawChannel>>, Failure> {
 /// What there is to show.
 struct Stage<'a> {
     viewer: Viewer<'a>,
+    states: States<'a>,
     last_step: u64,
 }
 
@@ -113,7 +115,8 @@ impl<'a> Stage<'a> {
     fn new(log: &'a Log) -> Result<Stage<'a>, Failure> {
         let viewer = Viewer::new(log).map_err(failure)?;
         let last_step = (log.count(Kind::Step) as u64).saturating_sub(1);
-        Ok(Stage { viewer, last_step })
+        let states = States::new(log, crate::default_threads().get());
+        Ok(Stage { viewer, states, last_step })
     }
 
     fn time_ns(&self, step: u64) -> u64 {
@@ -139,7 +142,7 @@ impl<'a> Stage<'a> {
     }
 
     /// Sends what is new at a time, or everything to somebody who has just come or has sought.
-    fn show(&self, tick: &Tick, shown: &mut Shown, put: &mut Put) -> Result<(), Failure> {
+    fn show(&mut self, tick: &Tick, shown: &mut Shown, put: &mut Put) -> Result<(), Failure> {
         let step = self.step_at(tick.position_ns);
         if tick.anew {
             *shown = Shown::default();
@@ -151,9 +154,9 @@ impl<'a> Stage<'a> {
         shown.step = Some(step);
         let scene = self.viewer.scene();
         let time_ns = self.viewer.put_metrics(step, put).map_err(failure)?;
-        // The last state that the log keeps up to there, and the last frame.
-        let kept = (0..=step).rev().find(|&step| step == self.last_step || scene.state_is_recorded(step));
-        self.viewer.put_state(kept.unwrap_or(0), time_ns, put).map_err(failure)?;
+        if let Some(state) = self.states.state(step).map_err(log_file::failure)? {
+            self.viewer.put_state(&state, time_ns, put).map_err(failure)?;
+        }
         let frame = (0..=step).rev().find_map(|step| scene.time.frame_at(step));
         if frame != shown.frame
             && let Some(frame) = frame

@@ -87,9 +87,10 @@ fn logs_that_cannot_be_used() {
 #[test]
 fn every_verb_has_help_with_an_example() {
     let place = Place::new();
-    for verb in
-        ["run", "sim", "render", "record", "replay", "rerender", "verify", "diff", "export", "info", "plan"]
-    {
+    for verb in [
+        "run", "sim", "render", "record", "replay", "rerender", "verify", "diff", "export", "info", "plan",
+        "merge", "bus",
+    ] {
         let text = place.expect(0, &[verb, "--help"]);
         assert!(text.contains(&format!("chainmail {verb} ")), "{verb} --help shows no example:\n{text}");
     }
