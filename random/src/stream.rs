@@ -88,7 +88,8 @@ impl Stream {
 
 #[inline(always)]
 fn quarter_round<const N: usize>(rows: &mut [[u32; N]; 16], a: usize, b: usize, c: usize, d: usize) {
-    for column in 0..N {
+    let mut column = 0;
+    while column < N {
         let [mut w, mut x, mut y, mut z] =
             [rows[a][column], rows[b][column], rows[c][column], rows[d][column]];
         w = w.wrapping_add(x);
@@ -100,6 +101,7 @@ fn quarter_round<const N: usize>(rows: &mut [[u32; N]; 16], a: usize, b: usize, 
         y = y.wrapping_add(z);
         x = (x ^ y).rotate_left(7);
         (rows[a][column], rows[b][column], rows[c][column], rows[d][column]) = (w, x, y, z);
+        column += 1;
     }
 }
 

@@ -58,8 +58,8 @@ impl World<'_> {
             }
             nearest.store_array(&mut distances);
             surface.store_array(&mut surfaces);
-            for lane in 0..rays.len() {
-                reaches.push(Reach::at(distances[lane], surfaces[lane] as u32));
+            for (&distance, &surface) in distances.iter().zip(&surfaces).take(rays.len()) {
+                reaches.push(Reach::at(distance, surface as u32));
             }
         }
     }
@@ -100,8 +100,8 @@ impl World<'_> {
                         light.hit_each(simd, rays, &lanes, start).simd_lt(distance).to_bitmask() & asked;
                 }
             }
-            for lane in 0..rays.len() {
-                reaches.push(Reach::before(distances[lane], blocked >> lane & 1 == 1));
+            for (lane, &distance) in distances.iter().enumerate().take(rays.len()) {
+                reaches.push(Reach::before(distance, blocked >> lane & 1 == 1));
             }
         }
     }

@@ -227,8 +227,8 @@ impl Batch {
             #[inline(always)]
             || {
                 let [u, v] = self.squares.points();
-                for lane in 0..LANES {
-                    let (x, y) = filter_offset(filter, (u[lane], v[lane]));
+                for (lane, (&u, &v)) in u.iter().zip(&v).enumerate() {
+                    let (x, y) = filter_offset(filter, (u, v));
                     places[0][lane] += x;
                     places[1][lane] += y;
                 }

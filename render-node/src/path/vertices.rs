@@ -56,6 +56,8 @@ pub(super) struct Turned {
     pub(super) lit: u32,
     pub(super) going: u32,
     single: u32,
+    /// A bit for each lane whose light has no size: no ray meets it by itself.
+    points: u32,
     targets: [Option<usize>; LANES],
 }
 
@@ -298,6 +300,9 @@ impl<'a> Vertices<'a> {
             bsdf_pdf = other.select(load(simd, &numbers, 3), bsdf_pdf);
         }
         lit &= not_zero(&value);
+        if turned.points != 0 {
+            bsdf_pdf = Mask::from_bitmask(simd, turned.points).select(zero, bsdf_pdf);
+        }
         let light_pdf = samples.pdf / model.shining.len() as f64;
         let one = Lanes::splat(simd, 1.0);
         let weight = match model.render.direct_light {
@@ -325,6 +330,7 @@ impl<'a> Vertices<'a> {
     ) -> LightSamples<S> {
         let mut samples = LightSamples::none(simd);
         let mut square = self.light_squares.points();
+        turned.points = 0;
         let mut asked = [0; LANES];
         for (asked, u) in asked.iter_mut().zip(&mut square[0]) {
             // The whole part of `count u` chooses; the rest is again uniform.
@@ -341,6 +347,10 @@ impl<'a> Vertices<'a> {
             let which = model.shining[which as usize];
             let (light, target) = match which {
                 Shining::Area(index) => (model.lights[index].sample_each(simd, point, squares), Some(index)),
+                Shining::Point(index) => {
+                    turned.points |= same;
+                    (Some(model.point_lights[index].sample_each(simd, point)), None)
+                }
                 Shining::Sun(_) | Shining::Environment => (None, None),
             };
             turned.targets_of(same, target);
@@ -425,6 +435,8 @@ fn sample_lights(
             Shining::Area(index) => model.lights[index].sample(&point, square),
             Shining::Sun(index) => Some(model.suns[index].sample(square)),
             Shining::Environment => model.environment.as_ref().map(|map| map.sample(square)),
+            // All lanes at once.
+            Shining::Point(_) => None,
         };
         if let Some(LightSample { direction, distance, radiance, pdf }) = sample {
             put(numbers, 0, lane, &direction);
@@ -444,6 +456,7 @@ impl Turned {
             lit: 0,
             going: 0,
             single: 0,
+            points: 0,
             targets: [None; LANES],
         }
     }
