@@ -11,6 +11,8 @@ mod log_file;
 mod merge;
 #[cfg(feature = "movie")]
 mod movie;
+#[cfg(feature = "view")]
+mod origin;
 mod output;
 mod pictures;
 mod player;

@@ -3,7 +3,7 @@
 use crate::failure::{Exit, Failure, Outcome};
 use crate::resimulate::States;
 use crate::terminal::say;
-use crate::{log_file, stop};
+use crate::{log_file, origin, stop};
 use clap::Args;
 use foxglove::websocket::{
     Capability, ChannelView, Client, PlaybackCommand, PlaybackControlRequest, PlaybackState, PlaybackStatus,
@@ -13,6 +13,7 @@ use foxglove::{ChannelBuilder, Context, PartialMetadata, RawChannel, Schema, Web
 use recorder::export::{ExportError, Put, Viewer};
 use recorder::{Kind, Log, StateSource};
 use schemas::log_time_ns;
+use std::net::TcpListener;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -31,6 +32,9 @@ pub struct Arguments {
     /// Port to listen on; 0 takes a free one
     #[arg(long, value_name = "PORT", default_value_t = 8765)]
     port: u16,
+    /// A web page that may watch, besides those of this machine, as in https://app.foxglove.dev; may be given again
+    #[arg(long, value_name = "URL")]
+    origin: Vec<String>,
     /// Simulated seconds in a second of time
     #[arg(long, value_name = "X", default_value_t = 1.0)]
     rate: f32,
@@ -52,19 +56,25 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let player = Arc::new(Player::new(stage.end_ns(), !arguments.paused, arguments.rate));
     let context = Context::new();
     let channels = channels(&context)?;
+    let cannot_serve = |error: &dyn std::fmt::Display| {
+        let (host, port) = (&arguments.host, arguments.port);
+        Failure::input(format!("cannot serve on {host}:{port}: {error}; another --port may be free"))
+    };
+    let listener = TcpListener::bind((arguments.host.as_str(), arguments.port));
+    let listener = listener.map_err(|error| cannot_serve(&error))?;
+    let address = listener.local_addr().map_err(|error| cannot_serve(&error))?;
+    let hidden = origin::hidden_address();
     let server = WebSocketServer::new()
         .name("chainmail")
-        .bind(arguments.host.clone(), arguments.port)
+        .bind(hidden.to_string(), 0)
         .capabilities([Capability::Time])
         .playback_time_range(0, stage.end_ns())
         .listener(player.clone())
         .context(&context)
         .start_blocking()
-        .map_err(|error| {
-            let (host, port) = (&arguments.host, arguments.port);
-            Failure::input(format!("cannot serve on {host}:{port}: {error}; another --port may be free"))
-        })?;
-    say(format!("serving {} on ws://{}:{}", log.file(), arguments.host, server.port()));
+        .map_err(|error| cannot_serve(&error))?;
+    origin::guard(listener, (hidden, server.port()).into(), arguments.origin.clone());
+    say(format!("serving {} on ws://{}:{}", log.file(), arguments.host, address.port()));
     let mut shown = Shown::default();
     let mut before = Instant::now();
     while !stop::requested() {

@@ -148,3 +148,29 @@ fn a_scene_may_come_through_a_pipe() {
     assert_eq!(child.wait().unwrap().code(), Some(0));
     place.expect(0, &["verify", "out/log.mcap"]);
 }
+
+#[test]
+fn the_printed_configuration_leads_to_a_run() {
+    let place = Place::new();
+    let bus = bus::BusName::unique();
+    let mut recorder = place.command(&["record", "--bus", bus.as_str(), "--out", "log.mcap", "--no-render"]);
+    let mut recorder = command::Background::start({
+        recorder.env_remove("TMPDIR");
+        recorder
+    });
+    recorder.wait_for("waiting");
+    let mut print = place.command(&["bus", bus.as_str()]);
+    let text = String::from_utf8(print.env_remove("TMPDIR").output().expect("a text").stdout).expect("text");
+    let config: toml::Table = text.parse().expect("TOML");
+    let global = |key: &str| config["global"][key].as_str().expect("a text").to_owned();
+    let services = std::path::Path::new(&global("root-path")).join("services");
+    let count = services
+        .read_dir()
+        .expect("the bus's folder")
+        .flatten()
+        .filter(|service| service.file_name().to_string_lossy().starts_with(&global("prefix")));
+    // Seven topics, and the events of three roles.
+    assert_eq!(count.count(), 10);
+    command::signal(recorder.child.id(), "INT");
+    recorder.finish();
+}

@@ -44,18 +44,16 @@ impl Scene {
     }
 
     /// The same scene with what a log may be replayed with: overrides of `render.*` and of which states are kept
-    /// (`record.state_every`), how often the log is flushed, and where it is split.
+    /// (`record.state_every`) and how often the log is flushed.
     ///
     /// # Errors
     ///
     /// [`SceneError`] as for [`Scene::parse`], and for any other key.
     pub fn with_view(&self, overrides: &[String]) -> Result<Scene, SceneError> {
         const RECORD: [&str; 2] = ["record.state_every", "record.flush_every_s"];
-        let may = |key: &str| {
-            key.starts_with("render.") || key.starts_with("record.split") || RECORD.contains(&key)
-        };
-        let expected = "a key of render.*, or record.state_every, record.flush_every_s or record.split: the motion in a \
-                        log is what it is; use `run` to change it";
+        let may = |key: &str| key.starts_with("render.") || RECORD.contains(&key);
+        let expected = "a key of render.*, or record.state_every or record.flush_every_s: the motion in a log is what it \
+                        is; use `run` to change it";
         self.with_keys(overrides, &may, expected)
     }
 
