@@ -50,11 +50,14 @@ impl Bvh {
         entry.store_array(&mut entries);
         let (mut origins, mut directions) = ([[0.0_f32; LANES]; 3], [[0.0_f32; LANES]; 3]);
         let mut inverses = [[0.0_f32; LANES]; 3];
-        for axis in 0..3 {
-            narrow(place.0[axis], &mut origins[axis]);
-            narrow(ray_direction.0[axis], &mut directions[axis]);
-            for lane in 0..LANES {
-                inverses[axis][lane] = 1.0 / directions[axis][lane];
+        for (origin, place) in origins.iter_mut().zip(place.0) {
+            narrow(place, origin);
+        }
+        let rows = directions.iter_mut().zip(&mut inverses).zip(ray_direction.0);
+        for ((direction, inverse), wide) in rows {
+            narrow(wide, direction);
+            for (inverse, direction) in inverse.iter_mut().zip(direction) {
+                *inverse = 1.0 / *direction;
             }
         }
         for (lane, (reach, probe)) in reaches.iter_mut().zip(probes).enumerate().take(LANES) {
