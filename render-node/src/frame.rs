@@ -243,8 +243,7 @@ impl Batch {
                 true
             }
         ));
-        for lane in 0..self.count {
-            let of = self.of[lane];
+        for (lane, &of) in self.of.iter().enumerate().take(self.count) {
             let ray = if pinhole {
                 let [x, y, z] = [directions[0][lane], directions[1][lane], directions[2][lane]];
                 Ray::new(camera.position(), Vec3::new(x, y, z))

@@ -130,10 +130,10 @@ mod tests {
                     column.store_array(row);
                 }
             });
-            for lane in 0..LANES {
+            for (lane, axis) in axes.iter().enumerate() {
                 let (cosine, sine) = warp::circle_point(v[lane]);
                 let local = warp::cosine_hemisphere((u[lane], v[lane]));
-                let frame = warp::Frame::about(&axes[lane]);
+                let frame = warp::Frame::about(axis);
                 let (world, back) = (frame.world(&local), frame.local(&local));
                 let expected = [cosine, sine].into_iter();
                 let expected = expected.chain(local.iter().chain(&world).chain(&back).copied());
