@@ -60,10 +60,7 @@ impl<S: Simd> RayLanes<S> {
         RayLanes {
             origin: Vectors([first[0], first[1], first[2]]),
             direction: Vectors([first[3], second[0], second[1]]),
-            leaves: each_lane!(lane => match rays[lane].leaves {
-                Some(surface) => surface,
-                None => u32::MAX,
-            }),
+            leaves: each_lane!(lane => rays[lane].leaves.unwrap_or(u32::MAX)),
         }
     }
 
