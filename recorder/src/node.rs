@@ -84,6 +84,12 @@ pub enum RecordError {
         /// The file.
         path: PathBuf,
     },
+    /// Another recorder is writing the log file.
+    #[error("another recorder is writing {}; wait for it, stop it, or choose another file", path.display())]
+    Busy {
+        /// The file.
+        path: PathBuf,
+    },
     /// The log file cannot be made.
     #[error("cannot write {}: {source}", path.display())]
     Create {
@@ -148,7 +154,10 @@ impl RecordError {
     /// The process's exit code: 2 for bad input, 3 for a log that is not what it should be.
     pub fn exit_code(&self) -> u8 {
         match self {
-            RecordError::Exists { .. } | RecordError::Create { .. } | RecordError::Resume(_) => 2,
+            RecordError::Exists { .. }
+            | RecordError::Busy { .. }
+            | RecordError::Create { .. }
+            | RecordError::Resume(_) => 2,
             RecordError::Bus(error) => error.exit_code(),
             _ => 3,
         }
@@ -186,6 +195,7 @@ pub fn record(
     let target = match Target::open(&path, options.force) {
         Ok(target) => target,
         Err(Refusal::Exists) => return Err(RecordError::Exists { path }),
+        Err(Refusal::Busy) => return Err(RecordError::Busy { path }),
         Err(Refusal::Io(source)) => return Err(RecordError::Create { path, source }),
     };
     let mut inlets = Vec::new();
