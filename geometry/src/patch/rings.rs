@@ -196,7 +196,7 @@ impl Side {
         for _ in 0..EDGE_STEPS {
             let value = one - t * t * (one + t * (cubic + t * quartic));
             let slope = t * (t * (cubic * 3.0 + t * (quartic * 4.0)) + 2.0);
-            t = t + value / slope;
+            t += value / slope;
         }
         if order.many_rays {
             // The depth's slope in `t^2` is that of a paraboloid, nearly.

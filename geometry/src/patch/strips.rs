@@ -137,8 +137,8 @@ impl Strips<'_> {
         let mut places = self.places(&tau);
         let mut depths = self.peaks(&mut places);
         for _ in 0..END_STEPS {
-            for i in 0..2 {
-                tau[i] -= depths.value[i] / (depths.along[i] * places.speed[i]);
+            for (i, tau) in tau.iter_mut().enumerate() {
+                *tau -= depths.value[i] / (depths.along[i] * places.speed[i]);
             }
             // The direction is kept: it turns but little.
             let (out, up) = (places.out, places.up);
@@ -230,9 +230,9 @@ impl Strips<'_> {
             out: [0.0; N],
             up: [0.0; N],
         };
-        for i in 0..N {
-            let inverse = 1.0 / (1.0 + tau[i] * tau[i]);
-            let (cos, sin) = ((1.0 - tau[i] * tau[i]) * inverse, 2.0 * tau[i] * inverse);
+        for (i, &tau) in tau.iter().enumerate() {
+            let inverse = 1.0 / (1.0 + tau * tau);
+            let (cos, sin) = ((1.0 - tau * tau) * inverse, 2.0 * tau * inverse);
             places.speed[i] = 2.0 * inverse;
             for a in 0..3 {
                 places.radial[a][i] = self.radial[a] * cos + self.tangent[a] * sin;

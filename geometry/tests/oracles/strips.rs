@@ -45,7 +45,7 @@ fn touching(random: &mut Random, share: f64) -> Option<(Circle, Circle, Arcs)> {
     let (a, mut b) = (random.circle(0.1, 1.0), random.circle(1.4, 1.0));
     let closest = geometry::closest_points(&a, &b);
     let apart = closest.point_a - closest.point_b;
-    if !(closest.distance > 1e-3) || closest.distance > 4.0 * MINOR {
+    if closest.distance < 1e-3 || closest.distance > 4.0 * MINOR {
         return None;
     }
     b.centre += apart * (1.0 - (2.0 - share) * MINOR / closest.distance);

@@ -188,11 +188,9 @@ impl Sums {
             let pressure = depth * law.stiffness;
             let elastic = pressure * area;
             let mut size = elastic;
-            energy = energy + elastic * depth;
-            weight = weight + elastic;
-            for axis in 0..3 {
-                centre[axis] = centre[axis] + p[axis] * elastic;
-            }
+            energy += elastic * depth;
+            weight += elastic;
+            add(&mut centre, &p, elastic);
             if DAMPED {
                 // As `NormalLaw::push`.
                 let along = n[0] * v.x + n[1] * v.y + n[2] * v.z;
@@ -201,16 +199,12 @@ impl Sums {
                 let push = pressure - damping * ((along + about) / (damping * implicit + 1.0));
                 size = push.simd_gt(zero).select(push, zero) * area;
                 let lost = size - elastic;
-                for axis in 0..3 {
-                    lost_force[axis] = lost_force[axis] + n[axis] * lost;
-                    lost_torque[axis] = lost_torque[axis] + turn[axis] * lost;
-                }
+                add(&mut lost_force, &n, lost);
+                add(&mut lost_torque, &turn, lost);
             }
-            normal_force = normal_force + size;
-            for axis in 0..3 {
-                force[axis] = force[axis] + n[axis] * size;
-                torque[axis] = torque[axis] + turn[axis] * size;
-            }
+            normal_force += size;
+            add(&mut force, &n, size);
+            add(&mut torque, &turn, size);
         }
         Sums {
             force: across(force),
@@ -222,6 +216,13 @@ impl Sums {
             normal_force: total(normal_force),
             weight: total(weight),
         }
+    }
+}
+
+#[inline(always)]
+fn add<S: Simd>(sums: &mut [Eight<S>; 3], vectors: &[Eight<S>; 3], times: Eight<S>) {
+    for (sum, component) in sums.iter_mut().zip(vectors) {
+        *sum += *component * times;
     }
 }
 
