@@ -2,13 +2,15 @@
 
 use crate::failure::Failure;
 use crate::log_file;
+use crate::resimulate::Simulation;
 use recorder::Log;
 use recorder::diff::{FieldDifference, KeyDifference, compare_records, compare_states};
 use schemas::scene::Scene;
+use schemas::state::StateMessage;
 use schemas::step::StepRecord;
 use schemas::{Hash, state};
 use serde::Serialize;
-use sim_node::{Model, Records, Scratch, State, Stop};
+use sim_node::{Records, Stop};
 
 /// Fields of a record that are told.
 const RECORD_FIELDS_TOLD_MAX: usize = 6;
@@ -16,9 +18,7 @@ const RECORD_FIELDS_TOLD_MAX: usize = 6;
 /// A simulation of a log's scene by this program on this machine.
 pub struct Again {
     scene: Scene,
-    model: Model,
-    state: State,
-    scratch: Scratch,
+    simulation: Simulation,
     records: Records,
     /// Whether the state has its record already: then the next record is that of the next step.
     recorded: bool,
@@ -44,29 +44,28 @@ pub struct Difference {
 impl Again {
     /// Before the record of step 0.
     pub fn from_start(log: &Log, threads: usize) -> Result<Again, Failure> {
-        let mut again = Again::new(log, threads, Hash::default())?;
-        sim_node::evaluate(&again.model, &again.state, &mut again.scratch);
-        again.recorded = false;
-        Ok(again)
+        let again = Again::new(log, None, threads, Hash::default())?;
+        Ok(Again { recorded: false, ..again })
     }
 
     /// After the state of a step that the log keeps.
     pub fn from_state(log: &Log, step: u64, threads: usize) -> Result<Again, Failure> {
         let chained_hash = log.step(step).map_err(log_file::failure)?.chained_hash;
-        let mut again = Again::new(log, threads, chained_hash)?;
         let missing = || Failure::lost(format!("{}: it keeps no state of step {step}", log.file()));
         let message = log.state(step).map_err(log_file::failure)?.ok_or_else(missing)?;
-        again.state = State::from_message(&again.model, message)
-            .map_err(|error| Failure::lost(format!("{}: {error}", log.file())))?;
-        Ok(again)
+        Again::new(log, Some(message), threads, chained_hash)
     }
 
-    fn new(log: &Log, threads: usize, chained_hash: Hash) -> Result<Again, Failure> {
+    fn new(
+        log: &Log,
+        state: Option<StateMessage>,
+        threads: usize,
+        chained_hash: Hash,
+    ) -> Result<Again, Failure> {
         let scene = log.scene().map_err(log_file::failure)?.scene;
-        let (model, _) =
-            Model::compile(&scene).map_err(|error| Failure::lost(format!("{}: {error}", log.file())))?;
-        let (state, scratch) = (State::initial(&model), Scratch::new(&model, threads));
-        Ok(Again { scene, model, state, scratch, records: Records::after(chained_hash), recorded: true })
+        let simulation = Simulation::at(&scene, state, threads)
+            .map_err(|reason| Failure::lost(format!("{}: {reason}", log.file())))?;
+        Ok(Again { scene, simulation, records: Records::after(chained_hash), recorded: true })
     }
 
     /// Makes the next step, or evaluates the first state, and records it.
@@ -76,10 +75,11 @@ impl Again {
     /// Why the simulation stops at that step.
     pub fn advance(&mut self) -> Result<StepRecord, Stop> {
         if self.recorded {
-            sim_node::step(&self.model, &mut self.state, &mut self.scratch)?;
+            self.simulation.step()?;
         }
         self.recorded = true;
-        Ok(self.records.record(&self.model, &self.state, &self.scratch))
+        let Simulation { model, state, scratch } = &self.simulation;
+        Ok(self.records.record(model, state, scratch))
     }
 
     /// The chained hash up to the last record.

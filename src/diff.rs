@@ -3,10 +3,11 @@
 use crate::explain::{Explanation, explain};
 use crate::failure::{Exit, Failure, Outcome};
 use crate::log_file;
+use crate::resimulate::States;
 use crate::terminal::{print, print_json};
 use clap::Args;
 use recorder::Log;
-use recorder::diff::{Diff, DifferencePicture, Options, diff_with, difference_picture, html};
+use recorder::diff::{Diff, DifferencePicture, Options, diff_by, diff_with, difference_picture, html};
 use serde::Serialize;
 use std::fs;
 use std::num::NonZeroUsize;
@@ -29,8 +30,11 @@ pub struct Arguments {
     /// Simulate the first differing step again and say which of the logs this program agrees with
     #[arg(long)]
     explain: bool,
-    /// Threads of --explain; no result depends on them [default: all]
-    #[arg(long, value_name = "N", requires = "explain")]
+    /// Do not simulate states again that the logs do not keep: compare the next ones that both keep
+    #[arg(long)]
+    no_remake: bool,
+    /// Threads to simulate with; no result depends on them [default: all]
+    #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
     /// Write a report as one HTML page, with a plot of the growth and the first differing frame
     #[arg(long, value_name = "FILE")]
@@ -59,9 +63,7 @@ struct Report<'a> {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
-    if arguments.explain {
-        crate::stop::flag();
-    }
+    crate::stop::flag();
     for path in [&arguments.html, &arguments.frames_out].into_iter().flatten() {
         if path.exists() && !arguments.force {
             return Err(Failure::input(format!(
@@ -72,7 +74,14 @@ pub fn run(arguments: &Arguments) -> Outcome {
     }
     let (a, b) = (log_file::open(&arguments.a)?, log_file::open(&arguments.b)?);
     let growth_points = if arguments.html.is_some() { PLOT_POINTS } else { 0 };
-    let diff = diff_with(&a, &b, Options { thorough: arguments.thorough, growth_points });
+    let options = Options { thorough: arguments.thorough, growth_points };
+    let threads = arguments.threads.unwrap_or_else(crate::default_threads).get();
+    let diff = if arguments.no_remake {
+        diff_with(&a, &b, options)
+    } else {
+        let [mut states_a, mut states_b] = [&a, &b].map(|log| States::new(log, threads));
+        diff_by(&a, &b, options, [&mut states_a, &mut states_b])
+    };
     if let Some(folder) = &arguments.frames_out {
         write_pictures(folder, &a, &b, &diff)?;
     }
@@ -82,9 +91,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
             .and_then(|frame| Some((frame, difference_picture(&a, &b, frame).ok()?)));
         write(path, html(&diff, shown.as_slice()).as_bytes())?;
     }
-    let threads = arguments.threads.unwrap_or_else(crate::default_threads);
     // What was found out is told, whatever becomes of the explanation.
-    let explained = if arguments.explain { explain(&a, &b, &diff, threads.get()) } else { Ok(None) };
+    let explained = if arguments.explain { explain(&a, &b, &diff, threads) } else { Ok(None) };
     if arguments.json {
         let explanation = explained.as_ref().ok().and_then(Option::as_ref);
         print_json(&Report { diff: &diff, explanation })?;

@@ -4,13 +4,15 @@ use crate::failure::{Exit, Failure, Outcome};
 use crate::log_file;
 #[cfg(feature = "movie")]
 use crate::movie::{Movie, Picture};
+use crate::resimulate::States as Remade;
 use crate::terminal::{print, print_json};
 use clap::{Args, ValueEnum};
 use recorder::export::{BODIES_DRAWN_MAX, ExportError, States, csv, viewer};
-use recorder::{Kind, Log};
+use recorder::{Kept, Kind, Log, StateSource};
 use serde::Serialize;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -27,9 +29,12 @@ pub struct Arguments {
     /// The file or folder to write
     #[arg(long, value_name = "PATH")]
     out: PathBuf,
-    /// Which states [default: all for csv, frames for viewer]
+    /// Which states [default: kept for csv, frames for viewer]
     #[arg(long, value_enum)]
     states: Option<Which>,
+    /// Threads to simulate with; no result depends on them [default: all]
+    #[arg(long, value_name = "N")]
+    threads: Option<NonZeroUsize>,
     /// Replace what exists
     #[arg(long)]
     force: bool,
@@ -52,8 +57,10 @@ enum Format {
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Which {
-    /// Every state that the log keeps
+    /// The state of every step; those that the log does not keep are simulated again
     All,
+    /// Every state that the log keeps
+    Kept,
     /// Those at frame times
     Frames,
 }
@@ -71,6 +78,7 @@ struct Written {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
+    crate::stop::flag();
     let log = log_file::open(&arguments.log)?;
     let out = &arguments.out;
     if out.exists() && !arguments.force {
@@ -83,18 +91,21 @@ pub fn run(arguments: &Arguments) -> Outcome {
     if same(&arguments.log).is_some_and(|log| Some(log) == same(out)) {
         return Err(Failure::input("--out names the log itself; the log would be lost. Name another"));
     }
-    let states = |default| match arguments.states {
-        Some(Which::All) => States::All,
-        Some(Which::Frames) => States::Frames,
-        None => default,
-    };
+    let which = arguments.states.unwrap_or(match arguments.format {
+        Format::Csv => Which::Kept,
+        _ => Which::Frames,
+    });
+    let states = if let Which::Frames = which { States::Frames } else { States::All };
+    let threads = arguments.threads.unwrap_or_else(crate::default_threads).get();
+    let (mut kept, mut remade) = (Kept(&log), Remade::new(&log, threads));
+    let source: &mut dyn StateSource = if let Which::All = which { &mut remade } else { &mut kept };
     let files = match arguments.format {
-        Format::Csv => tables(&log, states(States::All), out)?,
+        Format::Csv => tables(&log, states, source, out)?,
         Format::Png => pictures(&log, out)?,
         Format::Mp4 => movie(&log, out)?,
         Format::Viewer => {
             note_what_is_left_out(&log)?;
-            viewer(&log, states(States::Frames), create(out)?).map_err(failure)?;
+            viewer(&log, states, source, create(out)?).map_err(failure)?;
             vec![out.clone()]
         }
     };
@@ -129,10 +140,15 @@ fn make_folder(folder: &Path) -> Result<(), Failure> {
         .map_err(|error| Failure::input(format!("cannot make {}: {error}", folder.display())))
 }
 
-fn tables(log: &Log, states: States, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+fn tables(
+    log: &Log,
+    states: States,
+    source: &mut dyn StateSource,
+    folder: &Path,
+) -> Result<Vec<PathBuf>, Failure> {
     make_folder(folder)?;
     let mut files = Vec::new();
-    let mut table = |name: &str, write: &dyn Fn(&mut dyn Write) -> Result<(), ExportError>| {
+    let mut table = |name: &str, write: &mut dyn FnMut(&mut dyn Write) -> Result<(), ExportError>| {
         let path = folder.join(name);
         let mut file = create(&path)?;
         write(&mut file).map_err(failure)?;
@@ -140,9 +156,9 @@ fn tables(log: &Log, states: States, folder: &Path) -> Result<Vec<PathBuf>, Fail
         files.push(path);
         Ok::<(), Failure>(())
     };
-    table("steps.csv", &|sink| csv::steps(log, sink))?;
-    table("bodies.csv", &|sink| csv::bodies(log, states, sink))?;
-    table("contacts.csv", &|sink| csv::contacts(log, states, sink))?;
+    table("steps.csv", &mut |sink| csv::steps(log, sink))?;
+    table("bodies.csv", &mut |sink| csv::bodies(log, states, source, sink))?;
+    table("contacts.csv", &mut |sink| csv::contacts(log, states, source, sink))?;
     Ok(files)
 }
 

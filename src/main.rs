@@ -3,13 +3,19 @@
 //! It knows no physics, no light and no bus protocol: everything is done by the libraries it calls.
 
 mod again;
+mod bus_file;
 mod explain;
 mod failure;
+mod keys;
 mod log_file;
+mod merge;
 #[cfg(feature = "movie")]
 mod movie;
+#[cfg(feature = "view")]
+mod origin;
 mod output;
 mod pictures;
+mod player;
 mod progress;
 mod scene_file;
 mod stop;
@@ -88,6 +94,8 @@ enum Verb {
     /// Render a log again with other camera, light, looks or film
     #[cfg(feature = "render")]
     Rerender(rerender::Arguments),
+    /// Make one log of a log's motion and the frames that several machines rendered
+    Merge(merge::Arguments),
     /// Make one picture of several frames of a log
     #[cfg(feature = "movie")]
     Sheet(sheet::Arguments),
@@ -104,6 +112,8 @@ enum Verb {
     /// Serve a log to Foxglove and Lichtblick, which play and seek it
     #[cfg(feature = "view")]
     View(view::Arguments),
+    /// Say how other programs of iceoryx2 find a run's topics
+    Bus(bus_file::Arguments),
     /// Say what is in a log
     Info(info::Arguments),
     /// Say what a scene needs, and what is left out
@@ -126,6 +136,7 @@ fn main() -> ExitCode {
         Verb::Replay(arguments) => replay::run(&arguments),
         #[cfg(feature = "render")]
         Verb::Rerender(arguments) => rerender::run(&arguments),
+        Verb::Merge(arguments) => merge::run(&arguments),
         #[cfg(feature = "movie")]
         Verb::Sheet(arguments) => sheet::run(&arguments),
         Verb::Verify(arguments) => verify::run(&arguments),
@@ -135,6 +146,7 @@ fn main() -> ExitCode {
         Verb::Export(arguments) => export::run(&arguments),
         #[cfg(feature = "view")]
         Verb::View(arguments) => view::run(&arguments),
+        Verb::Bus(arguments) => bus_file::run(&arguments),
         Verb::Info(arguments) => info::run(&arguments),
         Verb::Plan(arguments) => plan::run(&arguments),
         #[cfg(feature = "study")]

@@ -1,22 +1,31 @@
 //! `replay`: publishes a log on the topics of a simulator; a subscriber cannot tell the difference.
+//!
+//! States that the log does not keep are simulated again where the scene, or `--set record.state_every`, asks for them.
 
 use crate::failure::{Exit, Failure, Outcome};
+use crate::keys::Keys;
+use crate::player::{Due, KEYS, Key, Player};
 use crate::progress::{Meter, Progress};
+use crate::resimulate::States;
 use crate::{log_file, stop};
 use bus::{BusError, BusName};
-use clap::Args;
-use recorder::{Kind, Log};
-use schemas::end::End;
+use clap::{Args, ValueEnum};
+use recorder::{Kind, Log, StateSource};
+use schemas::end::{End, Outcome as RunOutcome};
 use schemas::scene::Scene;
 use schemas::topics::Role;
-use schemas::wire;
+use schemas::{log_time_ns, state, wire};
 use sim_node::node::{MessageBytes, Publishers};
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 #[derive(Args)]
 #[command(after_help = "Example, with `chainmail render` and `chainmail record` in two other terminals:\n  \
-                        chainmail replay out/drop/log.mcap --bus mine --as-fast-as-possible")]
+                        chainmail replay out/drop/log.mcap --bus mine --as-fast-as-possible\n\n\
+                        Keys on a terminal: space pause or play, . one step, + twice and - half as fast, f as fast as \
+                        possible, left and right arrow a second back and on, home and end, l loop, q quit. Seeking and \
+                        looping need --no-record: a log has every step once.")]
 pub struct Arguments {
     /// The log
     log: PathBuf,
@@ -35,7 +44,19 @@ pub struct Arguments {
     /// Last step to publish [default: the log's last]
     #[arg(long, value_name = "STEP")]
     to_step: Option<u64>,
-    /// Override a key of render.* in the scene; may be given again
+    /// Begin at rest: space plays, . makes a step
+    #[arg(long)]
+    paused: bool,
+    /// Begin again when the last step was published; needs --no-record
+    #[arg(long, requires = "no_record")]
+    repeat: bool,
+    /// Publish these topics alone, besides scene and end; needs --no-record
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "TOPICS", requires = "no_record")]
+    topics: Vec<Choice>,
+    /// Threads to simulate skipped states with; no result depends on them [default: all]
+    #[arg(long, value_name = "N")]
+    threads: Option<NonZeroUsize>,
+    /// Override a key of render.*, or record.state_every, in the scene; may be given again
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// No renderer takes part in the run
@@ -44,6 +65,14 @@ pub struct Arguments {
     /// No recorder takes part in the run
     #[arg(long)]
     no_record: bool,
+}
+
+/// What a replay can leave out.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Choice {
+    State,
+    Step,
+    Keyframe,
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
@@ -58,17 +87,23 @@ pub fn run(arguments: &Arguments) -> Outcome {
         ));
     }
     let log = log_file::open_whole(&arguments.log)?;
-    let mut record = log.scene().map_err(log_file::failure)?;
-    record.scene = record.scene.with_render(&arguments.set).map_err(Failure::input)?;
-    let message = if arguments.set.is_empty() {
-        log.nth(Kind::Scene, 0).map_err(log_file::failure)?.bytes.into_owned()
-    } else {
-        serde_json::to_vec(&record).map_err(Failure::lost)?
-    };
-    let playback = Playback::new(arguments, &log, &record.scene)?;
+    let scene = log.scene().map_err(log_file::failure)?.scene;
+    let scene = scene.with_view(&arguments.set).map_err(Failure::input)?;
+    let message = scene_message(&log, &arguments.set)?;
+    let playback = Playback::new(arguments, &log, &scene)?;
     let mut publishers = publishers(arguments, message.len(), &log).map_err(bus_failure)?;
     publishers.handshake().and_then(|()| publishers.publish_scene(&message)).map_err(bus_failure)?;
     playback.play(publishers)
+}
+
+/// The scene message of a log that is played with other keys.
+pub fn scene_message(log: &Log, set: &[String]) -> Result<Vec<u8>, Failure> {
+    if set.is_empty() {
+        return Ok(log.nth(Kind::Scene, 0).map_err(log_file::failure)?.bytes.into_owned());
+    }
+    let mut record = log.scene().map_err(log_file::failure)?;
+    record.scene = record.scene.with_view(set).map_err(Failure::input)?;
+    serde_json::to_vec(&record).map_err(Failure::lost)
 }
 
 fn publishers(arguments: &Arguments, scene: usize, log: &Log) -> Result<Publishers, BusError> {
@@ -89,12 +124,16 @@ fn bus_failure(error: BusError) -> Failure {
 struct Playback<'a> {
     log: &'a Log,
     scene: &'a Scene,
-    from_step: u64,
-    to_step: u64,
+    states: States<'a>,
+    player: Player,
+    topics: Vec<Choice>,
     end: End,
-    /// Simulated seconds in a second of time; `None` for as fast as possible.
-    rate: Option<f64>,
+    /// The last step to play.
+    to_step: u64,
 }
+
+/// Waits end this early at the latest, so that a signal is seen.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 impl<'a> Playback<'a> {
     fn new(arguments: &Arguments, log: &'a Log, scene: &'a Scene) -> Result<Playback<'a>, Failure> {
@@ -108,73 +147,137 @@ impl<'a> Playback<'a> {
                 log.file()
             )));
         }
+        let threads = arguments.threads.unwrap_or_else(crate::default_threads).get();
         let rate = (!arguments.as_fast_as_possible).then_some(arguments.rate);
-        Ok(Playback { log, scene, from_step, to_step, end, rate })
+        let player = Player::new(from_step..=to_step, scene.time.time_step_s, rate, arguments.no_record)
+            .paused(arguments.paused)
+            .looped(arguments.repeat);
+        let (states, topics) = (States::new(log, threads), arguments.topics.clone());
+        Ok(Playback { log, scene, states, player, topics, end, to_step })
+    }
+
+    fn has(&self, topic: Choice) -> bool {
+        self.topics.is_empty() || self.topics.contains(&topic)
     }
 
     fn play(mut self, mut publishers: Publishers) -> Outcome {
         let mut meter = Meter::for_this_process("replay", "steps");
+        let mut keys = Keys::take();
+        if keys.are_there() {
+            meter.say(KEYS);
+        }
         let start = Instant::now();
+        // Of the range: what a run has published that came this far.
         let (mut states, mut keyframes) = (0, 0);
-        for step in self.from_step..=self.to_step {
-            let record = self.log.step_message(step).map_err(log_file::failure)?;
-            self.wait(start, step);
-            if stop::requested() {
-                self.to_step = step;
+        let (mut played, mut quit) = (None, false);
+        loop {
+            let mut wait = match self.player.due(start.elapsed()) {
+                Due::Over => break,
+                Due::Now => Duration::ZERO,
+                Due::In(left) if left < LOOK_EVERY => left,
+                Due::In(_) | Due::Resting => LOOK_EVERY,
+            };
+            let mut is_single = false;
+            if (keys.are_there() || wait > Duration::ZERO)
+                && let Some(key) = keys.next(wait)
+            {
+                meter.say(&self.player.press(key, start.elapsed()));
+                is_single = key == Key::Step;
+                quit = key == Key::Quit;
+                wait = Duration::ZERO;
             }
-            if let Some(message) = self.log.state_message(step).map_err(log_file::failure)? {
-                publishers.publish_state(message.log_time_ns, &message.bytes).map_err(bus_failure)?;
-                states += 1;
+            // One more step, so that it is published as a last one is.
+            let is_last = stop::requested() || quit;
+            if is_last {
+                self.to_step = self.player.next();
             }
-            publishers.publish_step(record.log_time_ns, &record.bytes).map_err(bus_failure)?;
-            if self.scene.time.frame_at(step).is_some() {
-                let message = self.log.state_message(step).map_err(log_file::failure)?;
-                let missing =
-                    || Failure::lost(format!("{}: no state at the frame of step {step}", self.log.file()));
-                let message = message.ok_or_else(missing)?;
-                publishers.publish_keyframe(message.log_time_ns, &message.bytes).map_err(bus_failure)?;
-                keyframes += 1;
+            let is_due = wait == Duration::ZERO && self.player.due(start.elapsed()) == Due::Now;
+            if !(is_due || is_single || is_last) {
+                continue;
             }
+            let step = self.player.next();
+            let published = self.publish(step, &mut publishers)?;
+            states += u64::from(published.state);
+            keyframes += u64::from(published.keyframe);
+            played = Some(step);
             meter.show(Progress { done: step, total: self.to_step });
-            if step == self.to_step {
+            if is_last {
                 break;
             }
+            self.player.played(start.elapsed());
         }
+        drop(keys);
         meter.finish();
-        self.finish(publishers, states, keyframes)
+        let step = played.unwrap_or(self.player.next());
+        self.finish(publishers, step, states, keyframes)
+    }
+
+    /// Publishes a step as the simulator did.
+    fn publish(&mut self, step: u64, publishers: &mut Publishers) -> Result<Published, Failure> {
+        let record = self.log.step_message(step).map_err(log_file::failure)?;
+        let is_keyframe = self.scene.time.frame_at(step).is_some();
+        let published = Published { state: self.state_is_published(step)?, keyframe: is_keyframe };
+        let message = if published.state || is_keyframe { Some(self.state_bytes(step)?) } else { None };
+        let time_ns = record.log_time_ns;
+        if let Some(bytes) = message.as_ref().filter(|_| published.state && self.has(Choice::State)) {
+            publishers.publish_state(time_ns, bytes).map_err(bus_failure)?;
+        }
+        if self.has(Choice::Step) {
+            publishers.publish_step(time_ns, &record.bytes).map_err(bus_failure)?;
+        }
+        if let Some(bytes) = message.as_ref().filter(|_| is_keyframe && self.has(Choice::Keyframe)) {
+            publishers.publish_keyframe(time_ns, bytes).map_err(bus_failure)?;
+        }
+        Ok(published)
+    }
+
+    /// Whether a run publishes the state of a step: where the scene says so, and at the last step, unless the run was
+    /// stopped there.
+    fn state_is_published(&self, step: u64) -> Result<bool, Failure> {
+        let is_last = match self.end.outcome {
+            _ if step != self.to_step => false,
+            _ if step < self.end.step_count => true,
+            RunOutcome::Completed | RunOutcome::Interrupted => true,
+            RunOutcome::Stopped(_) | RunOutcome::Recovered(_) => {
+                self.log.state_message(step).map_err(log_file::failure)?.is_some()
+            }
+        };
+        Ok(is_last || self.scene.state_is_recorded(step))
+    }
+
+    /// The message of a step's state, simulated again if the log does not keep it.
+    fn state_bytes(&mut self, step: u64) -> Result<Vec<u8>, Failure> {
+        if let Some(message) = self.log.state_message(step).map_err(log_file::failure)? {
+            return Ok(message.bytes.into_owned());
+        }
+        let message = self.states.state(step).map_err(log_file::failure)?;
+        let message = message.expect("a state is simulated again, or there is an error");
+        let mut bytes = Vec::new();
+        state::encode(&message.header, &message.bodies, &message.contacts, &mut bytes);
+        Ok(bytes)
     }
 
     /// Publishes the log's own end, or that of a run that was interrupted where the replay was.
-    fn finish(self, publishers: Publishers, state_count: u64, keyframe_count: u64) -> Outcome {
-        let last = self.log.step_message(self.to_step).map_err(log_file::failure)?;
-        if self.to_step == self.end.step_count {
-            publishers.publish_end(last.log_time_ns, &wire::encode(&self.end)).map_err(bus_failure)?;
+    fn finish(self, publishers: Publishers, step: u64, state_count: u64, keyframe_count: u64) -> Outcome {
+        let record = self.log.step(step).map_err(log_file::failure)?;
+        let time_ns = log_time_ns(record.sim_time_s);
+        if step == self.end.step_count {
+            let end = End { state_count, keyframe_count, ..self.end };
+            publishers.publish_end(time_ns, &wire::encode(&end)).map_err(bus_failure)?;
             return Ok(Exit::Done);
         }
-        let chained_hash = self.log.step(self.to_step).map_err(log_file::failure)?.chained_hash;
-        let outcome = schemas::end::Outcome::Interrupted;
-        let end = End { outcome, step_count: self.to_step, state_count, keyframe_count, chained_hash };
-        publishers.publish_end(last.log_time_ns, &wire::encode(&end)).map_err(bus_failure)?;
+        let (outcome, chained_hash) = (RunOutcome::Interrupted, record.chained_hash);
+        let end = End { outcome, step_count: step, state_count, keyframe_count, chained_hash };
+        publishers.publish_end(time_ns, &wire::encode(&end)).map_err(bus_failure)?;
         if stop::requested() {
-            return Err(Failure::lost(format!("interrupted after step {}", self.to_step)));
+            return Err(Failure::lost(format!("interrupted after step {step}")));
         }
         Ok(Exit::Done)
     }
+}
 
-    /// Waits until a step is due.
-    fn wait(&self, start: Instant, step: u64) {
-        let Some(rate) = self.rate else { return };
-        let seconds = (step - self.from_step) as f64 * self.scene.time.time_step_s / rate;
-        // Looked at often, so that a signal is.
-        while let Ok(due) = Duration::try_from_secs_f64(seconds)
-            && let Some(left) = due.checked_sub(start.elapsed())
-            && !stop::requested()
-        {
-            std::thread::park_timeout(if left < Duration::from_millis(50) {
-                left
-            } else {
-                Duration::from_millis(50)
-            });
-        }
-    }
+/// What a step has, besides its record.
+struct Published {
+    state: bool,
+    keyframe: bool,
 }

@@ -2,8 +2,9 @@
 //! frames with linear light, are pictures and no log.
 
 use crate::failure::{Exit, Failure, Outcome};
-use crate::shorthand::{Shorthands, frame_range};
-use crate::still_frames::{self, Wanted};
+use crate::replay::scene_message;
+use crate::shorthand::{Shorthands, frame_range, share};
+use crate::still_frames::{self, PART_FILE, Wanted};
 use crate::supervise::Part;
 use crate::terminal::{print, print_json};
 use crate::{log_file, output, run, stop};
@@ -20,7 +21,8 @@ use std::time::Instant;
 #[command(
     after_help = "Examples:\n  chainmail rerender out/drop/log.mcap --out out/drop-hi --spp 256 --size 1920x1080\n  \
                         chainmail rerender out/drop/log.mcap --out still --frames 20 --exr --camera 0,1,8:0,0,0 --set \
-                        render.tone_mapping=agx"
+                        render.tone_mapping=agx\n  chainmail rerender out/drop/log.mcap --out part3 --spp 256 --share 3/8\n  \
+                        chainmail merge out/drop/log.mcap part*/part.mcap --out out/drop-hi.mcap"
 )]
 pub struct Arguments {
     /// The log
@@ -36,17 +38,20 @@ pub struct Arguments {
     threads: Option<NonZeroUsize>,
     #[command(flatten)]
     shorthands: Shorthands,
-    /// Render these frames alone, as in 7 or 10-20 (both ends), into pictures and no log
+    /// Render these frames alone, as in 7 or 10-20 (both ends), into pictures, and part.mcap for `merge`
     #[arg(long, value_name = "FRAMES")]
     frames: Option<String>,
-    /// Write linear light and feature images beside each picture, as OpenEXR, and no log
+    /// Render every N-th frame alone, beginning with the I-th, as in 3/8: one of N shares of the work
+    #[arg(long, value_name = "I/N", conflicts_with = "frames")]
+    share: Option<String>,
+    /// Write linear light and feature images beside each picture, as OpenEXR; part.mcap, but no log
     #[arg(long)]
     exr: bool,
     /// Make a contact sheet of so many frames: sheet.png
     #[cfg(feature = "movie")]
     #[arg(long, value_name = "N")]
     sheet: Option<usize>,
-    /// Override a key of render.*: camera, light, looks, film; may be given again
+    /// Override a key of render.* (camera, light, looks, film), or record.state_every; may be given again
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Print the summary as JSON
@@ -60,9 +65,13 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let record = log.scene().map_err(log_file::failure)?;
     let mut set = arguments.shorthands.overrides(&record.scene.render)?;
     set.extend_from_slice(&arguments.set);
-    let scene = record.scene.with_render(&set).map_err(Failure::input)?;
+    let scene = record.scene.with_view(&set).map_err(Failure::input)?;
     let frame_count = scene.time.frame_count();
-    let frames = arguments.frames.as_deref().map(|text| frame_range(text, frame_count)).transpose()?;
+    let frames = match (&arguments.frames, &arguments.share) {
+        (Some(text), _) => Some(frame_range(text, frame_count)?.collect()),
+        (None, Some(text)) => Some(share(text, frame_count)?),
+        (None, None) => None,
+    };
     let same = |path: &PathBuf| path.canonicalize().ok();
     if same(&arguments.log).is_some_and(|log| Some(log) == same(&arguments.out.join("log.mcap"))) {
         return Err(Failure::input(
@@ -71,12 +80,15 @@ pub fn run(arguments: &Arguments) -> Outcome {
     }
     let folder = output::make(Some(&arguments.out), "", arguments.force)?;
     if frames.is_some() || arguments.exr {
-        let frames = frames.unwrap_or(0..=frame_count - 1);
+        let frames = frames.unwrap_or_else(|| (0..frame_count).collect());
         let threads = arguments.threads.unwrap_or_else(crate::default_threads);
-        let wanted = Wanted { log: &log, scene: &scene, frames, exr: arguments.exr, threads };
+        let message = scene_message(&log, &set)?;
+        let wanted =
+            Wanted { log: &log, scene: &scene, scene_message: &message, frames, exr: arguments.exr, threads };
         let (made, pictures) = still_frames::render(&wanted, &folder)?;
         make_sheet(arguments, &folder, &pictures)?;
-        let report = Report { frames: made.frames, movie: made.movie, pictures: pictures.len() };
+        let part = Some(folder.join(PART_FILE));
+        let report = Report { frames: made.frames, movie: made.movie, part, pictures: pictures.len() };
         if arguments.json {
             print_json(&report)?;
         } else {
@@ -108,6 +120,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
 struct Report {
     frames: Option<PathBuf>,
     movie: Option<PathBuf>,
+    part: Option<PathBuf>,
     pictures: usize,
 }
 
@@ -119,6 +132,9 @@ impl std::fmt::Display for Report {
         }
         if let Some(movie) = &self.movie {
             write!(f, "\nmovie           {}", movie.display())?;
+        }
+        if let Some(part) = &self.part {
+            write!(f, "\npart            {}", part.display())?;
         }
         Ok(())
     }

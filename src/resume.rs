@@ -3,7 +3,7 @@
 
 use crate::failure::{Exit, Failure, Outcome};
 use crate::progress::{Meter, Progress};
-use crate::resimulate::{model_of, state_at};
+use crate::resimulate::{Simulation, States};
 use crate::supervise::Part;
 use crate::{log_file, output, run, stop};
 use bus::{BusError, BusName};
@@ -11,8 +11,8 @@ use clap::Args;
 use recorder::{Kind, Log};
 use schemas::end::Outcome as RunOutcome;
 use schemas::topics::Role;
-use sim_node::Records;
 use sim_node::node::{MessageBytes, Publishers, Start, simulate};
+use sim_node::{Model, Records};
 use std::ffi::OsString;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -58,7 +58,9 @@ pub fn run(arguments: &Arguments) -> Outcome {
         return publish(arguments, &log, from_step, bus);
     }
     // What cannot be simulated is refused before anything is made.
-    model_of(&log)?;
+    log.require_same_version().map_err(log_file::failure)?;
+    let scene = log.scene().map_err(log_file::failure)?.scene;
+    Model::compile(&scene).map_err(|error| Failure::lost(format!("{}: {error}", log.file())))?;
     if log.has_renderer() && !cfg!(feature = "render") {
         return Err(Failure::input("the log has frames, and this program was built without a renderer"));
     }
@@ -117,10 +119,10 @@ fn from_step(arguments: &Arguments, log: &Log) -> Result<u64, Failure> {
 /// has not.
 fn publish(arguments: &Arguments, log: &Log, from_step: u64, bus: &BusName) -> Outcome {
     let threads = arguments.threads.unwrap_or_else(crate::default_threads).get();
-    let (scene, model) = model_of(log)?;
+    let scene = log.scene().map_err(log_file::failure)?.scene;
     let message = log.nth(Kind::Scene, 0).map_err(log_file::failure)?;
     let mut meter = Meter::for_this_process("simulator", "steps");
-    let state = state_at(log, &model, from_step, threads)?;
+    let Simulation { model, state, .. } = States::new(log, threads).simulation_at(from_step)?;
     let mut records = Records::after(schemas::Hash::default());
     for step in 0..=from_step {
         records.follow(&log.step(step).map_err(log_file::failure)?);

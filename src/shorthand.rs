@@ -107,6 +107,19 @@ fn numbers<const COUNT: usize>(text: &str) -> Option<[f64; COUNT]> {
     if whole { numbers.try_into().ok() } else { None }
 }
 
+/// Every N-th frame, beginning with the I-th: `3/8`. Neighbours take about as long, so shares do, too.
+pub fn share(text: &str, count: u64) -> Result<Vec<u64>, Failure> {
+    let number = |text: &str| text.trim().parse::<u64>().ok();
+    match text.split_once('/').and_then(|(share, of)| number(share).zip(number(of))) {
+        Some((share, of)) if 0 < share && share <= of => {
+            Ok((share - 1..count).step_by(usize::try_from(of).unwrap_or(usize::MAX)).collect())
+        }
+        _ => Err(Failure::input(format!(
+            "--share {text}: expected the number of a share, from 1, and how many there are, as in 3/8"
+        ))),
+    }
+}
+
 /// A frame, or a range of them with both ends: `7`, `10-20`.
 pub fn frame_range(text: &str, count: u64) -> Result<RangeInclusive<u64>, Failure> {
     let number = |text: &str| text.trim().parse::<u64>().ok();

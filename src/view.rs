@@ -1,8 +1,9 @@
 //! `view`: a log for Foxglove and Lichtblick to watch, live, over a WebSocket: they play, pause and seek.
 
 use crate::failure::{Exit, Failure, Outcome};
+use crate::resimulate::States;
 use crate::terminal::say;
-use crate::{log_file, stop};
+use crate::{log_file, origin, stop};
 use clap::Args;
 use foxglove::websocket::{
     Capability, ChannelView, Client, PlaybackCommand, PlaybackControlRequest, PlaybackState, PlaybackStatus,
@@ -10,8 +11,9 @@ use foxglove::websocket::{
 };
 use foxglove::{ChannelBuilder, Context, PartialMetadata, RawChannel, Schema, WebSocketServer};
 use recorder::export::{ExportError, Put, Viewer};
-use recorder::{Kind, Log};
+use recorder::{Kind, Log, StateSource};
 use schemas::log_time_ns;
+use std::net::TcpListener;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -30,6 +32,9 @@ pub struct Arguments {
     /// Port to listen on; 0 takes a free one
     #[arg(long, value_name = "PORT", default_value_t = 8765)]
     port: u16,
+    /// A web page that may watch, besides those of this machine, as in https://app.foxglove.dev; may be given again
+    #[arg(long, value_name = "URL")]
+    origin: Vec<String>,
     /// Simulated seconds in a second of time
     #[arg(long, value_name = "X", default_value_t = 1.0)]
     rate: f32,
@@ -47,23 +52,29 @@ pub fn run(arguments: &Arguments) -> Outcome {
         return Err(Failure::input(format!("--rate {}: expected a positive number", arguments.rate)));
     }
     let log = log_file::open_whole(&arguments.log)?;
-    let stage = Stage::new(&log)?;
+    let mut stage = Stage::new(&log)?;
     let player = Arc::new(Player::new(stage.end_ns(), !arguments.paused, arguments.rate));
     let context = Context::new();
     let channels = channels(&context)?;
+    let cannot_serve = |error: &dyn std::fmt::Display| {
+        let (host, port) = (&arguments.host, arguments.port);
+        Failure::input(format!("cannot serve on {host}:{port}: {error}; another --port may be free"))
+    };
+    let listener = TcpListener::bind((arguments.host.as_str(), arguments.port));
+    let listener = listener.map_err(|error| cannot_serve(&error))?;
+    let address = listener.local_addr().map_err(|error| cannot_serve(&error))?;
+    let hidden = origin::hidden_address();
     let server = WebSocketServer::new()
         .name("chainmail")
-        .bind(arguments.host.clone(), arguments.port)
+        .bind(hidden.to_string(), 0)
         .capabilities([Capability::Time])
         .playback_time_range(0, stage.end_ns())
         .listener(player.clone())
         .context(&context)
         .start_blocking()
-        .map_err(|error| {
-            let (host, port) = (&arguments.host, arguments.port);
-            Failure::input(format!("cannot serve on {host}:{port}: {error}; another --port may be free"))
-        })?;
-    say(format!("serving {} on ws://{}:{}", log.file(), arguments.host, server.port()));
+        .map_err(|error| cannot_serve(&error))?;
+    origin::guard(listener, (hidden, server.port()).into(), arguments.origin.clone());
+    say(format!("serving {} on ws://{}:{}", log.file(), arguments.host, address.port()));
     let mut shown = Shown::default();
     let mut before = Instant::now();
     while !stop::requested() {
@@ -99,6 +110,7 @@ fn channels(context: &Arc<Context>) -> Result<Vec<Arc<RawChannel>>, Failure> {
 /// What there is to show.
 struct Stage<'a> {
     viewer: Viewer<'a>,
+    states: States<'a>,
     last_step: u64,
 }
 
@@ -113,7 +125,8 @@ impl<'a> Stage<'a> {
     fn new(log: &'a Log) -> Result<Stage<'a>, Failure> {
         let viewer = Viewer::new(log).map_err(failure)?;
         let last_step = (log.count(Kind::Step) as u64).saturating_sub(1);
-        Ok(Stage { viewer, last_step })
+        let states = States::new(log, crate::default_threads().get());
+        Ok(Stage { viewer, states, last_step })
     }
 
     fn time_ns(&self, step: u64) -> u64 {
@@ -139,7 +152,7 @@ impl<'a> Stage<'a> {
     }
 
     /// Sends what is new at a time, or everything to somebody who has just come or has sought.
-    fn show(&self, tick: &Tick, shown: &mut Shown, put: &mut Put) -> Result<(), Failure> {
+    fn show(&mut self, tick: &Tick, shown: &mut Shown, put: &mut Put) -> Result<(), Failure> {
         let step = self.step_at(tick.position_ns);
         if tick.anew {
             *shown = Shown::default();
@@ -151,9 +164,9 @@ impl<'a> Stage<'a> {
         shown.step = Some(step);
         let scene = self.viewer.scene();
         let time_ns = self.viewer.put_metrics(step, put).map_err(failure)?;
-        // The last state that the log keeps up to there, and the last frame.
-        let kept = (0..=step).rev().find(|&step| step == self.last_step || scene.state_is_recorded(step));
-        self.viewer.put_state(kept.unwrap_or(0), time_ns, put).map_err(failure)?;
+        if let Some(state) = self.states.state(step).map_err(log_file::failure)? {
+            self.viewer.put_state(&state, time_ns, put).map_err(failure)?;
+        }
         let frame = (0..=step).rev().find_map(|step| scene.time.frame_at(step));
         if frame != shown.frame
             && let Some(frame) = frame

@@ -244,6 +244,10 @@ impl Shared {
 /// Processes that may have a service open: one for each role, and some that died and are not cleaned up.
 const NODES_MAX: usize = 16;
 
+/// Other programs that may look at a topic, `iox2` for one. Nobody waits for them: what finds their queue full passes them
+/// by.
+pub(crate) const WATCHERS_MAX: usize = 2;
+
 /// Opens the service of a topic. Everyone does it in the same words: the settings must agree.
 fn topic_service(node: &Node<ipc::Service>, topic: &Topic) -> Result<TopicService, BusError> {
     let refused =
@@ -258,7 +262,7 @@ fn topic_service(node: &Node<ipc::Service>, topic: &Topic) -> Result<TopicServic
             .subscriber_max_buffer_size(topic.queue)
             .subscriber_max_borrowed_samples(1)
             .max_publishers(1)
-            .max_subscribers(topic.subscribers.len())
+            .max_subscribers(topic.subscribers.len() + WATCHERS_MAX)
             .max_nodes(NODES_MAX)
             .open_or_create()
     })

@@ -1,6 +1,6 @@
 //! The sending side of a topic.
 
-use crate::bus::{ATTEMPTS, Shared, attempt};
+use crate::bus::{ATTEMPTS, Shared, WATCHERS_MAX, attempt};
 use crate::claim::Roster;
 use crate::header::*;
 use crate::{Bus, BusError};
@@ -391,7 +391,7 @@ fn send_piece(port: &Port, header: MessageHeader, piece: &[u8]) -> Result<usize,
 /// Refuses a queue that does not fit: without room, the system kills the process that first touches it.
 fn check_shared_memory(topic: &Topic, message_bytes: usize) -> Result<(), BusError> {
     let Ok(free) = rustix::fs::statvfs("/dev/shm") else { return Ok(()) };
-    let places = topic.subscribers.len() * (topic.queue + 1) + 1;
+    let places = (topic.subscribers.len() + WATCHERS_MAX) * (topic.queue + 1) + 1;
     let bytes = places as u64 * message_bytes as u64;
     let bytes_free = free.f_bavail.saturating_mul(free.f_frsize);
     if bytes > bytes_free {

@@ -1,6 +1,6 @@
 //! Capsules, in their own frame: all points within a radius of the segment `|z| <= half_length` of the z axis.
 
-use crate::{Aabb, Vec3, sphere};
+use crate::{Aabb, Vec3, shift::closest_approach, sphere};
 
 /// Outward unit direction from the nearest point of the segment to `point`, and the distance from it (m).
 ///
@@ -79,8 +79,7 @@ pub fn ray_capsule(
     t_min: f64,
 ) -> Option<f64> {
     // Counted from the closest approach to the centre, so that an origin far away costs no accuracy.
-    let s = -origin.dot(direction);
-    let near = origin + direction * s;
+    let (s, near) = closest_approach(origin, direction, half_length + radius);
     let (entry, exit) = ray_interval(&near, direction, half_length, radius)?;
     let (entry, exit) = (s + entry, s + exit);
     if entry > t_min { Some(entry) } else { (exit > t_min).then_some(exit) }

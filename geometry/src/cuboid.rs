@@ -2,7 +2,7 @@
 //! `|x| <= core.x, |y| <= core.y, |z| <= core.z`. The outer half extents are the core's plus the edge radius;
 //! with an edge radius of 0 the box is sharp.
 
-use crate::{Aabb, Vec3, capsule};
+use crate::{Aabb, Vec3, capsule, shift::closest_approach};
 
 /// Outward unit direction and signed distance of a point from the core's surface: negative inside (m).
 ///
@@ -57,8 +57,7 @@ pub fn normal(point: &Vec3, core: &Vec3, edge_radius: f64) -> Vec3 {
 /// their entries to the last of their exits.
 pub fn ray_cuboid(origin: &Vec3, direction: &Vec3, core: &Vec3, edge_radius: f64, t_min: f64) -> Option<f64> {
     // Counted from the closest approach to the centre, so that an origin far away costs no accuracy.
-    let s = -origin.dot(direction);
-    let near = origin + direction * s;
+    let (s, near) = closest_approach(origin, direction, core.norm() + edge_radius);
     let inverse = direction.map(|component| 1.0 / component);
     let slab = |half: &Vec3| {
         let (low, high) = (-half, *half);

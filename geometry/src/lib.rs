@@ -51,7 +51,7 @@ pub mod torus;
 
 mod closest;
 mod ellipse;
-mod shift;
+pub mod shift;
 
 pub use aabb::Aabb;
 pub use arc::{Arc, Arcs};

@@ -10,7 +10,7 @@ const FAR: f64 = 64.0;
 /// The ray parameter `s` at which the ray is closest to the point `origin` is measured from, and the
 /// point there. `size` is the size of the object near that point.
 #[inline]
-pub(crate) fn closest_approach(origin: &Vec3, direction: &Vec3, size: f64) -> (f64, Vec3) {
+pub fn closest_approach(origin: &Vec3, direction: &Vec3, size: f64) -> (f64, Vec3) {
     let s = -origin.dot(direction);
     if s > FAR * size || s < -FAR * size {
         let point = Vec3::new(

@@ -23,5 +23,5 @@ mod sobol;
 mod stream;
 
 pub use hashed::Hashed;
-pub use sobol::Scrambled;
+pub use sobol::{Scrambled, ScrambledColumns};
 pub use stream::{Stream, unit};

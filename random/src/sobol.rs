@@ -22,6 +22,12 @@ impl Scrambled {
         Scrambled { shuffle: stream.word(), first: stream.word(), second: stream.word() }
     }
 
+    /// The point set of three such words.
+    #[inline(always)]
+    pub fn from_words([shuffle, first, second]: [u32; 3]) -> Scrambled {
+        Scrambled { shuffle, first, second }
+    }
+
     /// A point in the open unit square.
     #[inline]
     pub fn point(&self, index: u32) -> (f64, f64) {
@@ -30,28 +36,74 @@ impl Scrambled {
     }
 
     /// The digits of a point, for [`Scrambled::first`] and [`Scrambled::second`].
-    #[inline]
+    #[inline(always)]
     pub fn digits(&self, index: u32) -> u32 {
         // Aligned blocks of 2^k points stay aligned blocks, so each of them remains evenly spread.
         scramble(index.reverse_bits(), self.shuffle).reverse_bits()
     }
 
     /// 2^32 times a point's first coordinate, rounded down.
-    #[inline]
+    #[inline(always)]
     pub fn first(&self, digits: u32) -> u32 {
         scramble(digits, self.first).reverse_bits()
     }
 
     /// 2^32 times its second coordinate, rounded down.
-    #[inline]
+    #[inline(always)]
     pub fn second(&self, digits: u32) -> u32 {
         scramble(pascal(digits), self.second).reverse_bits()
     }
 }
 
+/// A point of each of some sets, to be made at once.
+#[derive(Clone, Copy, Debug)]
+pub struct ScrambledColumns<const N: usize> {
+    index: [u32; N],
+    shuffle: [u32; N],
+    first: [u32; N],
+    second: [u32; N],
+}
+
+impl<const N: usize> Default for ScrambledColumns<N> {
+    fn default() -> Self {
+        ScrambledColumns { index: [0; N], shuffle: [0; N], first: [0; N], second: [0; N] }
+    }
+}
+
+impl<const N: usize> ScrambledColumns<N> {
+    /// Asks for a set's point with an index.
+    #[inline(always)]
+    pub fn put(&mut self, column: usize, set: &Scrambled, index: u32) {
+        self.index[column] = index;
+        (self.shuffle[column], self.first[column], self.second[column]) =
+            (set.shuffle, set.first, set.second);
+    }
+
+    /// First and second coordinates of the points, each as [`Scrambled::point`] has it. Loops without branches, for vector
+    /// instructions.
+    #[inline(always)]
+    pub fn points(&self) -> [[f64; N]; 2] {
+        let (mut digits, mut words) = ([0; N], [[0; N]; 2]);
+        for (column, digits) in digits.iter_mut().enumerate() {
+            *digits = scramble(self.index[column].reverse_bits(), self.shuffle[column]).reverse_bits();
+        }
+        for (column, digits) in digits.iter().enumerate() {
+            words[0][column] = scramble(*digits, self.first[column]).reverse_bits();
+            words[1][column] = scramble(pascal(*digits), self.second[column]).reverse_bits();
+        }
+        let mut points = [[0.0; N]; 2];
+        for (points, words) in points.iter_mut().zip(&words) {
+            for (point, word) in points.iter_mut().zip(words) {
+                *point = unit(*word);
+            }
+        }
+        points
+    }
+}
+
 /// The digits of the second Sobol dimension from those of the first: Pascal's triangle modulo 2. The lowest bit
 /// is the first digit.
-#[inline]
+#[inline(always)]
 fn pascal(mut digits: u32) -> u32 {
     digits ^= (digits >> 1) & 0x5555_5555;
     digits ^= (digits >> 2) & 0x3333_3333;
@@ -61,7 +113,7 @@ fn pascal(mut digits: u32) -> u32 {
 }
 
 /// A nested permutation: bit k of the result depends on bits 0 to k alone.
-#[inline]
+#[inline(always)]
 fn scramble(mut digits: u32, key: u32) -> u32 {
     digits ^= digits.wrapping_mul(0x3d20_adea);
     digits = digits.wrapping_add(key);
@@ -87,6 +139,22 @@ mod tests {
                     filled[(x * columns as f64) as usize * rows + (y * rows as f64) as usize] = true;
                 }
                 assert_eq!(filled, [true; 16], "stream {number}, {columns} x {rows} boxes");
+            }
+        }
+    }
+
+    #[test]
+    fn columns_have_the_points_of_each_set() {
+        let mut stream = Stream::new(5, 6, b"columns' points.");
+        let mut columns = ScrambledColumns::<16>::default();
+        for number in 0..50 {
+            stream.go_to(number);
+            let sets: Vec<_> = (0..16).map(|_| Scrambled::from_stream(&mut stream)).collect();
+            let index = |column: usize| number as u32 * 7 + column as u32 * 1_000_003;
+            sets.iter().enumerate().for_each(|(column, set)| columns.put(column, set, index(column)));
+            let [first, second] = columns.points();
+            for (column, set) in sets.iter().enumerate() {
+                assert_eq!((first[column], second[column]), set.point(index(column)), "column {column}");
             }
         }
     }

@@ -205,6 +205,12 @@ impl<W: Sink> ContainerWriter<W> {
         Ok(())
     }
 
+    /// Whether the chunk in progress is one of the first `count`, or holds at least one part in `count` of the container
+    /// so far.
+    pub fn is_chunk_worth_closing(&self, count: u32) -> bool {
+        self.chunk_count < count || self.chunk.bytes.len() as u64 >= self.position / u64::from(count)
+    }
+
     /// Bytes of the container so far, those of the chunk in progress included.
     pub fn bytes(&self) -> u64 {
         self.position + self.chunk.bytes.len() as u64

@@ -80,6 +80,14 @@ pub enum LogProblem {
         /// How many it has.
         count: usize,
     },
+    /// A state that the log does not keep, and that could not be simulated again.
+    #[error("it keeps no state of step {step}, and none could be simulated again: {reason}")]
+    NotRemade {
+        /// The step.
+        step: u64,
+        /// Why.
+        reason: String,
+    },
     /// A promise of the log is broken.
     #[error(transparent)]
     Check(#[from] CheckError),

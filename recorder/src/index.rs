@@ -1,9 +1,13 @@
 //! Where the messages of a log lie: from its own index, or by walking through it.
+//!
+//! The one thing to know: opening a finished log reads its summary section and nothing else, and holds a line a chunk.
+//! Where the messages of a chunk lie is found by walking through the chunk when one of them is asked for.
 
 use crate::container::{
     ChannelRecord, Chunk, Damage, FOOTER_BYTES, Fields, MAGIC, MessageRecord, RECORD_HEAD_BYTES,
     message_counts, op, record_at,
 };
+use crate::container_writer::CHUNK_HEAD_BYTES;
 use crate::fault::LogProblem;
 use crate::message::{Kind, Message};
 use schemas::state;
@@ -13,21 +17,29 @@ use schemas::state;
 pub(crate) struct Entry {
     /// Offset of its record in the file.
     pub offset: u64,
-    /// Number of its chunk.
-    pub chunk: u32,
-    /// Its number on its channel, as MCAP counts: modulo 2^32.
-    sequence: u32,
-    kind: Kind,
+    pub kind: Kind,
+    /// Its number on its channel.
+    pub number: u64,
+}
+
+/// The messages of one chunk.
+#[derive(Debug, Default)]
+pub(crate) struct Entries {
+    /// In file order.
+    pub all: Vec<Entry>,
+    /// The places of each kind in `all`.
+    pub by_kind: [Vec<u32>; 6],
+    /// Why there are no more.
+    pub damage: Option<Damage>,
 }
 
 /// Where everything lies.
 #[derive(Debug, Default)]
 pub(crate) struct Index {
-    pub chunks: Vec<Chunk>,
-    /// Messages in file order.
-    pub entries: Vec<Entry>,
-    /// Numbers of the entries of each kind.
-    pub by_kind: [Vec<usize>; 6],
+    /// Where each chunk's records begin and end.
+    pub chunks: Vec<Place>,
+    /// Of each chunk: how many messages of each kind lie in the chunks up to its end.
+    through: Vec<[u64; 6]>,
     /// Whether frames have channels.
     pub has_renderer: bool,
     /// Why there is no more than this.
@@ -36,6 +48,22 @@ pub(crate) struct Index {
     has_channels: bool,
     /// Offset of the data end record.
     data_end: Option<usize>,
+}
+
+/// Where a chunk lies.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    /// Offset of the chunk record.
+    pub offset: usize,
+    /// Offset of the byte after it.
+    pub end: usize,
+}
+
+impl Place {
+    /// Offset of the first record in it.
+    pub fn start(self) -> usize {
+        self.offset + CHUNK_HEAD_BYTES
+    }
 }
 
 /// Finds the messages of a file, and says whether their chunks' checksums were compared on the way.
@@ -88,15 +116,15 @@ impl Index {
             offset = record.end;
         }
         for mut body in chunk_indexes {
-            index.read_chunk_index(file, &mut body, summary)?;
+            index.add_chunk(&mut body, summary)?;
         }
         index.find_data_end(file, summary)?;
-        // The message indexes in the data section have no checksum of their own; this count has.
+        // Two accounts of the same, both under the summary's checksum.
         for kind in Kind::ALL {
             let of_kind = |&&(id, _): &&(u16, u64)| index.kind_of(id) == Some(kind);
             let expected: u64 = counts.iter().filter(of_kind).map(|&(_, count)| count).sum();
-            let got = index.by_kind[kind.index()].len();
-            if got as u64 != expected {
+            let got = index.count(kind);
+            if got != expected {
                 let what =
                     format!("the message indexes name {got} {kind} messages, the statistics {expected}");
                 return Err(Damage::at(summary, what).into());
@@ -105,45 +133,102 @@ impl Index {
         Ok(index)
     }
 
-    /// Enters the messages of one chunk, as its message indexes give them.
-    fn read_chunk_index(&mut self, file: &[u8], body: &mut Fields, limit: usize) -> Result<(), Damage> {
+    /// Enters a chunk as the index gives it. The chunk itself is not looked at; how many messages it has follows from the
+    /// lengths of its message indexes, which lie behind it, one after the other.
+    fn add_chunk(&mut self, body: &mut Fields, limit: usize) -> Result<(), Damage> {
+        const MESSAGE_INDEX_HEAD_BYTES: u64 = RECORD_HEAD_BYTES as u64 + 2 + 4;
         let here = body.position();
         let _times_ns = (body.u64()?, body.u64()?);
         let offset = within(body.u64()?, limit, here)?;
-        let record = record_at(file, offset, limit)?;
-        if record.opcode != op::CHUNK {
-            return Err(Damage::at(here, format!("the index names a chunk at byte {offset}, where none is")));
+        let end = within(body.u64()?.saturating_add(offset as u64), limit, here)?;
+        let mut offsets = body.part()?;
+        let mut places = Vec::new();
+        while !offsets.is_empty() {
+            let (channel_id, place) = (offsets.u16()?, offsets.u64()?);
+            places.push((place, channel_id));
         }
-        let chunk = Chunk::parse(record, offset)?;
-        let _length = body.u64()?;
-        let _offsets = body.part()?;
-        let indexes_end = within(body.u64()?.saturating_add(record.end as u64), limit, here)?;
-        let first = self.entries.len();
-        let chunk_number = self.chunks.len() as u32;
-        let mut at = record.end;
-        while at < indexes_end {
-            let record = record_at(file, at, indexes_end)?;
-            at = record.end;
-            if record.opcode != op::MESSAGE_INDEX {
-                continue;
+        places.sort_unstable();
+        let indexes_end = within(body.u64()?.saturating_add(end as u64), limit, here)? as u64;
+        let compression = body.text()?;
+        if !compression.is_empty() {
+            return Err(Damage::at(offset, format!("{}: \"{compression}\"", Chunk::COMPRESSED)));
+        }
+        // Each byte is in one chunk at the most: reading all of them costs no more than the file is long.
+        if self.chunks.last().is_some_and(|last| offset < last.end) {
+            return Err(Damage::at(here, format!("the index names chunks that overlap at byte {offset}")));
+        }
+        if end - offset < CHUNK_HEAD_BYTES {
+            return Err(Damage::at(here, format!("the index names a chunk of {} bytes", end - offset)));
+        }
+        let mut counts = self.through.last().copied().unwrap_or_default();
+        for (number, &(place, channel_id)) in places.iter().enumerate() {
+            let next = places.get(number + 1).map_or(indexes_end, |&(next, _)| next);
+            let bytes = next.checked_sub(place).and_then(|bytes| bytes.checked_sub(MESSAGE_INDEX_HEAD_BYTES));
+            let Some(bytes) = bytes.filter(|bytes| bytes.is_multiple_of(16) && place >= end as u64) else {
+                return Err(Damage::at(here, format!("a message index at byte {place} that does not fit")));
+            };
+            // The smallest message takes more than two bytes of the chunk for each of its index.
+            if bytes / 16 > (end - offset) as u64 {
+                return Err(Damage::at(here, "more messages than the chunk has room for"));
             }
-            let mut body = record.body;
-            let Some(kind) = self.kind_of(body.u16()?) else { continue };
-            let mut places = body.part()?;
-            while !places.is_empty() {
-                let here = places.position();
-                let _log_time_ns = places.u64()?;
-                let place = within(places.u64()?.saturating_add(chunk.start as u64), chunk.end, here)?;
-                let (offset, sequence) = (place as u64, 0);
-                self.entries.push(Entry { offset, chunk: chunk_number, sequence, kind });
+            if let Some(kind) = self.kind_of(channel_id) {
+                counts[kind.index()] += bytes / 16;
             }
         }
-        self.chunks.push(chunk);
-        self.entries[first..].sort_unstable_by_key(|entry| entry.offset);
-        for number in first..self.entries.len() {
-            self.number(number);
-        }
+        self.chunks.push(Place { offset, end });
+        self.through.push(counts);
         Ok(())
+    }
+
+    /// How many messages a channel has.
+    pub fn count(&self, kind: Kind) -> u64 {
+        self.through.last().map_or(0, |through| through[kind.index()])
+    }
+
+    /// How many messages lie in the chunks before one.
+    fn before(&self, chunk: usize) -> [u64; 6] {
+        chunk.checked_sub(1).map_or([0; 6], |chunk| self.through[chunk])
+    }
+
+    /// The chunk of a channel's message, and which of the chunk's messages of this kind it is.
+    pub fn place(&self, kind: Kind, index: u64) -> Option<(usize, u64)> {
+        let chunk = self.through.partition_point(|through| through[kind.index()] <= index);
+        (chunk < self.chunks.len()).then(|| (chunk, index - self.before(chunk)[kind.index()]))
+    }
+
+    /// The checksum that a chunk's head gives for its records; not compared.
+    pub fn crc(&self, file: &[u8], number: usize) -> u32 {
+        let place = self.chunks[number];
+        Fields::new(file, place.offset + RECORD_HEAD_BYTES + 24, place.end).u32().unwrap_or_default()
+    }
+
+    /// Where the messages of a chunk lie, as far as its records are whole.
+    pub fn entries(&self, file: &[u8], number: usize) -> Entries {
+        let place = self.chunks[number];
+        let mut entries = Entries::default();
+        let mut numbers = self.before(number);
+        let mut walk = || -> Result<(), Damage> {
+            let mut offset = place.start();
+            while offset < place.end {
+                let record = record_at(file, offset, place.end)?;
+                if record.opcode == op::MESSAGE
+                    && let Some(kind) = self.kind_of(MessageRecord::parse(record)?.channel_id)
+                {
+                    let next = &mut numbers[kind.index()];
+                    entries.by_kind[kind.index()].push(entries.all.len() as u32);
+                    entries.all.push(Entry { offset: offset as u64, kind, number: *next });
+                    *next += 1;
+                }
+                offset = record.end;
+            }
+            Ok(())
+        };
+        let walked = walk();
+        entries.damage = walked.err().or_else(|| {
+            let other = || Damage::at(place.offset, "the index counts other messages than the chunk holds");
+            (numbers != self.through[number]).then(other)
+        });
+        entries
     }
 
     /// Walks through a file that has no usable index, up to the first damage.
@@ -186,8 +271,7 @@ impl Index {
     }
 
     fn scan_chunk(&mut self, file: &[u8], chunk: Chunk) -> Result<(), Failure> {
-        let chunk_number = self.chunks.len() as u32;
-        self.chunks.push(chunk);
+        let mut counts = self.through.last().copied().unwrap_or_default();
         let mut offset = chunk.start;
         while offset < chunk.end {
             let record = record_at(file, offset, chunk.end)?;
@@ -196,15 +280,15 @@ impl Index {
                 op::MESSAGE => {
                     let message = MessageRecord::parse(record)?;
                     if let Some(kind) = self.kind_of(message.channel_id) {
-                        let entry = Entry { offset: offset as u64, chunk: chunk_number, sequence: 0, kind };
-                        self.entries.push(entry);
-                        self.number(self.entries.len() - 1);
+                        counts[kind.index()] += 1;
                     }
                 }
                 _ => {}
             }
             offset = record.end;
         }
+        self.chunks.push(Place { offset: chunk.offset, end: chunk.end });
+        self.through.push(counts);
         Ok(())
     }
 
@@ -226,14 +310,6 @@ impl Index {
         self.channels.iter().find(|(id, _)| *id == channel_id).map(|&(_, kind)| kind)
     }
 
-    /// Gives an entry its number on its channel.
-    fn number(&mut self, entry: usize) {
-        let kind = self.entries[entry].kind;
-        let of_kind = &mut self.by_kind[kind.index()];
-        self.entries[entry].sequence = of_kind.len() as u32;
-        of_kind.push(entry);
-    }
-
     /// Finds the data end record, the last before the summary section.
     fn find_data_end(&mut self, file: &[u8], summary: usize) -> Result<(), Damage> {
         let offset = summary.saturating_sub(RECORD_HEAD_BYTES + 4);
@@ -245,33 +321,40 @@ impl Index {
         Ok(())
     }
 
-    /// Compares a chunk's checksum, and its message indexes with the messages in it.
+    /// Compares a chunk's place and checksum with its head.
     pub fn check_chunk(&self, file: &[u8], number: usize) -> Result<(), Damage> {
-        let chunk = self.chunks[number];
-        chunk.check(file)?;
-        let first = self.entries.partition_point(|entry| (entry.chunk as usize) < number);
-        let mut entries = self.entries[first..].iter().take_while(|entry| entry.chunk as usize == number);
-        let mut offset = chunk.start;
-        while offset < chunk.end {
-            let record = record_at(file, offset, chunk.end)?;
-            if record.opcode == op::MESSAGE
-                && self.kind_of(MessageRecord::parse(record)?.channel_id).is_some()
-                && entries.next().is_none_or(|entry| entry.offset != offset as u64)
-            {
-                return Err(Damage::at(offset, "the chunk's message index does not lead to this message"));
-            }
-            offset = record.end;
+        let place = self.chunks[number];
+        let record = record_at(file, place.offset, file.len())?;
+        if record.opcode != op::CHUNK || record.end != place.end {
+            return Err(Damage::at(
+                place.offset,
+                "the index names a chunk here, where none of its length is",
+            ));
         }
-        Ok(())
+        let chunk = Chunk::parse(record, place.offset)?;
+        chunk.check(file)
     }
 
-    /// Compares the checksum over the whole data section.
+    /// Compares the checksum over the whole data section, given that those of the chunks have been compared.
     pub fn check_data(&self, file: &[u8]) -> Result<(), Damage> {
         let Some(offset) = self.data_end else {
             return Err(Damage::at(file.len(), "no data end record"));
         };
         let saved = record_at(file, offset, file.len())?.body.u32()?;
-        let calculated = crc32fast::hash(&file[..offset]);
+        let mut crc = crc32fast::Hasher::new();
+        let mut hashed = 0;
+        for (number, place) in self.chunks.iter().enumerate() {
+            if place.end > offset {
+                return Err(Damage::at(place.offset, "a chunk that lies in the index"));
+            }
+            // The records in the chunk need not be hashed once more.
+            let records = place.end - place.start();
+            crc.update(&file[hashed..place.start()]);
+            crc.combine(&crc32fast::Hasher::new_with_initial_len(self.crc(file, number), records as u64));
+            hashed = place.end;
+        }
+        crc.update(&file[hashed..offset]);
+        let calculated = crc.finalize();
         if saved == calculated {
             return Ok(());
         }
@@ -279,23 +362,15 @@ impl Index {
         Err(Damage::at(offset, what))
     }
 
-    /// Reads a message; its chunk's checksum is the caller's business.
-    pub fn message<'a>(&self, file: &'a [u8], entry: usize) -> Result<Message<'a>, Damage> {
-        let Entry { offset, chunk, sequence, kind } = self.entries[entry];
-        let offset = offset as usize;
-        let record = record_at(file, offset, self.chunks[chunk as usize].end)?;
-        if record.opcode != op::MESSAGE {
-            let opcode = record.opcode;
-            return Err(Damage::at(
-                offset,
-                format!("a record with opcode {opcode:#04x} where a message was expected"),
-            ));
-        }
+    /// Reads a message of a chunk; the chunk's checksum is the caller's business.
+    pub fn message<'a>(&self, file: &'a [u8], chunk: usize, entry: Entry) -> Result<Message<'a>, Damage> {
+        let Entry { offset, kind, number } = entry;
+        let record = record_at(file, offset as usize, self.chunks[chunk].end)?;
         let message = MessageRecord::parse(record)?;
-        if self.kind_of(message.channel_id) != Some(kind) || message.sequence != sequence {
-            let (id, got) = (message.channel_id, message.sequence);
-            let what = format!("message {got} of channel {id}, where {kind} message {sequence} was expected");
-            return Err(Damage::at(offset, what));
+        if message.sequence != number as u32 {
+            let got = message.sequence;
+            let what = format!("{kind} message {got}, where {kind} message {number} was expected");
+            return Err(Damage::at(offset as usize, what));
         }
         Ok(Message::new(kind, message.log_time_ns, message.bytes))
     }

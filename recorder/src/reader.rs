@@ -2,7 +2,7 @@
 
 use crate::check::Checker;
 use crate::fault::{Health, LogError, LogProblem};
-use crate::index::{Index, index_of};
+use crate::index::{Entries, Entry, Index, index_of};
 use crate::message::{Kind, Message};
 use prost::Message as _;
 use schemas::end::End;
@@ -13,8 +13,8 @@ use schemas::step::StepRecord;
 use schemas::wire;
 use std::fs::File;
 use std::path::Path;
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// The bytes of a log, mapped or held.
 enum Bytes {
@@ -35,8 +35,9 @@ impl std::ops::Deref for Bytes {
 
 /// An opened log.
 ///
-/// Only the index is read on opening (a log without one is scanned). A chunk's checksum is compared when
-/// the first message in it is asked for, so what is handed out is what was written.
+/// Only the index is read on opening (a log without one is scanned), and what is held is a line a chunk, however many
+/// messages there are. A chunk's checksum is compared when the first message in it is asked for, so what is handed out is
+/// what was written.
 ///
 /// The file must not be cut short while it is open: it is mapped into memory.
 pub struct Log {
@@ -45,6 +46,8 @@ pub struct Log {
     index: Index,
     /// Chunks whose checksum has been found right.
     checked: Vec<AtomicBool>,
+    /// Where the messages lie in the chunks that were walked through last.
+    walked: Mutex<Vec<(usize, Arc<Entries>)>>,
     /// The first damage that reading has found in a log whose index is whole.
     found: OnceLock<Health>,
 }
@@ -77,7 +80,7 @@ impl Log {
         match index_of(&bytes) {
             Ok((index, are_checked)) => {
                 let checked = index.chunks.iter().map(|_| AtomicBool::new(are_checked)).collect();
-                Ok(Log { file, bytes, index, checked, found: OnceLock::new() })
+                Ok(Log { file, bytes, index, checked, walked: Mutex::default(), found: OnceLock::new() })
             }
             Err(problem) => Err(LogError { file, problem }),
         }
@@ -113,12 +116,35 @@ impl Log {
 
     /// How many messages a channel has.
     pub fn count(&self, kind: Kind) -> usize {
-        self.index.by_kind[kind.index()].len()
+        self.index.count(kind) as usize
     }
 
     /// All messages, in the order in which they lie in the file.
     pub fn messages(&self) -> impl ExactSizeIterator<Item = Result<Message<'_>, LogError>> {
-        (0..self.index.entries.len()).map(|entry| self.message(entry))
+        let count = Kind::ALL.into_iter().map(|kind| self.count(kind)).sum();
+        let (mut chunk, mut entries, mut next) = (0, None, 0);
+        (0..count).map(move |_| {
+            loop {
+                let walked: &Arc<Entries> = match &entries {
+                    Some(walked) => walked,
+                    None => {
+                        self.check_chunk(chunk)?;
+                        entries.insert(self.entries(chunk))
+                    }
+                };
+                if let Some(&entry) = walked.all.get(next) {
+                    next += 1;
+                    return self
+                        .index
+                        .message(&self.bytes, chunk, entry)
+                        .map_err(|damage| self.error(damage));
+                }
+                if let Some(damage) = &walked.damage {
+                    return Err(self.error(damage.clone()));
+                }
+                (chunk, entries, next) = (chunk + 1, None, 0);
+            }
+        })
     }
 
     /// A channel's message by its number, from 0.
@@ -127,13 +153,14 @@ impl Log {
     ///
     /// [`LogProblem::Missing`] if there is none, [`LogProblem::Damaged`] if its bytes were altered.
     pub fn nth(&self, kind: Kind, index: usize) -> Result<Message<'_>, LogError> {
-        self.message(self.entry(kind, index)?)
+        let (chunk, entry) = self.entry(kind, index, true)?;
+        self.index.message(&self.bytes, chunk, entry).map_err(|damage| self.error(damage))
     }
 
     /// As [`Log::nth`], without comparing the chunk's checksum: to look at what damage did.
     pub(crate) fn nth_unchecked(&self, kind: Kind, index: usize) -> Result<Message<'_>, LogError> {
-        let entry = self.entry(kind, index)?;
-        self.index.message(&self.bytes, entry).map_err(|damage| self.error(damage))
+        let (chunk, entry) = self.entry(kind, index, false)?;
+        self.index.message(&self.bytes, chunk, entry).map_err(|damage| self.error(damage))
     }
 
     /// The scene record, every value of the scene checked.
@@ -329,15 +356,34 @@ impl Log {
         Ok(checker)
     }
 
-    fn entry(&self, kind: Kind, index: usize) -> Result<usize, LogError> {
-        let entries = &self.index.by_kind[kind.index()];
-        let missing = || self.error(LogProblem::Missing { kind, index, count: entries.len() });
-        entries.get(index).copied().ok_or_else(missing)
+    /// Where a message lies: its chunk, and its place there.
+    fn entry(&self, kind: Kind, index: usize, is_checked: bool) -> Result<(usize, Entry), LogError> {
+        let missing = || self.error(LogProblem::Missing { kind, index, count: self.count(kind) });
+        let (chunk, nth) = self.index.place(kind, index as u64).ok_or_else(missing)?;
+        if is_checked {
+            self.check_chunk(chunk)?;
+        }
+        let entries = self.entries(chunk);
+        match entries.by_kind[kind.index()].get(nth as usize) {
+            Some(&place) => Ok((chunk, entries.all[place as usize])),
+            None => Err(entries.damage.clone().map_or_else(missing, |damage| self.error(damage))),
+        }
     }
 
-    fn message(&self, entry: usize) -> Result<Message<'_>, LogError> {
-        self.check_chunk(self.index.entries[entry].chunk as usize)?;
-        self.index.message(&self.bytes, entry).map_err(|damage| self.error(damage))
+    /// Where the messages of a chunk lie. The last few are remembered: one asks for neighbours.
+    fn entries(&self, chunk: usize) -> Arc<Entries> {
+        const REMEMBERED: usize = 8;
+        let lock = || self.walked.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, entries)) = lock().iter().find(|(number, _)| *number == chunk) {
+            return Arc::clone(entries);
+        }
+        let entries = Arc::new(self.index.entries(&self.bytes, chunk));
+        let mut walked = lock();
+        if walked.len() == REMEMBERED {
+            walked.remove(0);
+        }
+        walked.push((chunk, Arc::clone(&entries)));
+        entries
     }
 
     /// Compares a chunk's checksum, once.
@@ -350,17 +396,15 @@ impl Log {
         Ok(())
     }
 
-    /// The number of the chunk in which a message lies, and how many bytes after the chunk's first record.
+    /// The number of the chunk in which a message lies, and which of the chunk's messages of its kind it is.
     pub(crate) fn place(&self, kind: Kind, index: usize) -> Option<(usize, u64)> {
-        let entry = self.index.entries[*self.index.by_kind[kind.index()].get(index)?];
-        let chunk = entry.chunk as usize;
-        Some((chunk, entry.offset - self.index.chunks[chunk].start as u64))
+        self.index.place(kind, index as u64)
     }
 
     /// The records of a chunk, and the checksum that its head gives for them; not compared.
     pub(crate) fn chunk(&self, number: usize) -> (&[u8], u32) {
-        let chunk = self.index.chunks[number];
-        (&self.bytes[chunk.start..chunk.end], chunk.crc)
+        let place = self.index.chunks[number];
+        (&self.bytes[place.start()..place.end], self.index.crc(&self.bytes, number))
     }
 
     /// How many chunks have been read and found to be as they were written, and how many there are.
@@ -376,8 +420,7 @@ impl Log {
     }
 
     fn record_error(&self, kind: Kind, index: usize, reason: impl std::fmt::Display) -> LogError {
-        let entry = self.index.by_kind[kind.index()][index];
-        let offset = self.index.entries[entry].offset;
+        let offset = self.entry(kind, index, false).map_or(0, |(_, entry)| entry.offset);
         self.error(LogProblem::Record { kind, index, offset, reason: reason.to_string() })
     }
 

@@ -18,6 +18,7 @@ use serde::Serialize;
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
 
 /// Takes the record and the state message of a step.
 pub type Emit<'a> = &'a mut dyn FnMut(&StepRecord, &[u8]) -> Result<(), String>;
@@ -127,18 +128,9 @@ pub fn recover(
     if out.exists() && !force {
         return Err(exists());
     }
-    let folder = match out.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
     let mut temporary = None;
     let mut make = || -> io::Result<File> {
-        use std::os::unix::fs::PermissionsExt;
-        let made = tempfile::Builder::new()
-            .prefix(".chainmail-recover-")
-            // As any new file: what the user's mask leaves of it.
-            .permissions(std::fs::Permissions::from_mode(0o666))
-            .tempfile_in(folder)?;
+        let made = temporary_beside(out)?;
         let handle = made.as_file().try_clone()?;
         temporary = Some(made);
         Ok(handle)
@@ -149,13 +141,31 @@ pub fn recover(
         BytesError::Io(source) => write_error(source),
     })?;
     written.sync_all().map_err(write_error)?;
-    let temporary = temporary.expect("it was written to");
-    let kept = if force { temporary.persist(out) } else { temporary.persist_noclobber(out) };
-    match kept {
-        Ok(_) => Ok(recovery),
-        Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => Err(exists()),
-        Err(error) => Err(write_error(error.error)),
+    match keep(temporary.expect("it was written to"), out, force) {
+        Ok(()) => Ok(recovery),
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(exists()),
+        Err(error) => Err(write_error(error)),
     }
+}
+
+/// A file in the folder of `out` that is gone if it is not kept.
+pub(crate) fn temporary_beside(out: &Path) -> io::Result<NamedTempFile> {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = match out.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    tempfile::Builder::new()
+        .prefix(".chainmail-")
+        // As any new file: what the user's mask leaves of it.
+        .permissions(std::fs::Permissions::from_mode(0o666))
+        .tempfile_in(folder)
+}
+
+/// Gives a finished file its name; with `force`, in place of another.
+pub(crate) fn keep(finished: NamedTempFile, out: &Path, force: bool) -> io::Result<()> {
+    let kept = if force { finished.persist(out) } else { finished.persist_noclobber(out) };
+    kept.map(drop).map_err(|error| error.error)
 }
 
 /// Why [`recover_bytes`] made nothing.

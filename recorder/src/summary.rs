@@ -248,7 +248,7 @@ impl Sums {
 }
 
 /// Kinetic, gravity and contact energy.
-fn total_j(step: &StepRecord) -> f64 {
+pub(crate) fn total_j(step: &StepRecord) -> f64 {
     step.kinetic_energy_j + step.gravity_energy_j + step.contact_energy_j
 }
 
@@ -358,7 +358,7 @@ pub fn outcome_text(outcome: Option<&Outcome>) -> String {
 }
 
 /// A size for people.
-fn bytes_text(bytes: u64) -> String {
+pub(crate) fn bytes_text(bytes: u64) -> String {
     match bytes {
         0..10_000 => format!("{bytes} bytes"),
         10_000..10_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),

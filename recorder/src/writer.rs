@@ -9,7 +9,15 @@ use std::io;
 ///
 /// Chunks are the unit of loss after a crash and of checking when one message is read. Changing this
 /// changes every log's bytes.
-const CHUNK_BYTES: usize = 1 << 20;
+pub(crate) const CHUNK_BYTES: usize = 1 << 20;
+
+/// So many chunks are closed by keyframes however small they are; from then on, a keyframe closes a chunk that holds at
+/// least this part of the file so far (its inverse).
+///
+/// Each chunk has a line in the index, which is held in memory until the end. With this there are at most some ten
+/// thousand before chunks are as large as [`CHUNK_BYTES`], and one a mebibyte from then on: a run of ten million steps
+/// of two rings, which has 120,000 frames, holds 2 MB of index instead of 30.
+const CHUNKS_MAX: u32 = 1024;
 
 /// The `library` field of the MCAP header: fixed, so that a log does not depend on a library's version text.
 pub const LIBRARY: &str = "chainmail";
@@ -39,8 +47,8 @@ pub struct Written {
 /// Writes a log, message by message, and checks what it writes (see [`Checker`]).
 ///
 /// Bytes reach the sink in whole chunks, in sequence, and a chunk in progress when [`LogWriter::flush`] is called, so a
-/// file that breaks off at any point is a readable prefix. A chunk ends with the step record of a keyframe, or when it
-/// exceeds 1 MiB; flushing changes no byte of the finished log.
+/// file that breaks off at any point is a readable prefix. A chunk ends with the step record of a keyframe (after 1024
+/// chunks: once it holds 1/1024 of the file), or when it exceeds 1 MiB; flushing changes no byte of the finished log.
 ///
 /// ```
 /// use recorder::LogWriter;
@@ -95,7 +103,9 @@ impl<W: Sink> LogWriter<W> {
         let sequence = self.sequences[index];
         self.sequences[index] = sequence.wrapping_add(1);
         self.container.write(self.channel_ids[index], sequence, message.log_time_ns, &message.bytes)?;
-        if step.is_some_and(|step| self.checker.is_keyframe(step)) {
+        if step.is_some_and(|step| self.checker.is_keyframe(step))
+            && self.container.is_chunk_worth_closing(CHUNKS_MAX)
+        {
             self.container.close_chunk()?;
             self.saved = self.checker.counts();
         }

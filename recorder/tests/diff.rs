@@ -173,7 +173,7 @@ fn a_skipped_state_is_compared_at_the_next_one_that_was_logged() {
     // Steps 0, 2, 4, 6, ... have frames, so 6 is the next that was logged.
     assert_eq!((state.step, state.fields[0].owner.as_str(), state.fields[0].component), (6, "ring 1", "z"));
     assert_eq!(state.fields[0].ulp, Some(1));
-    assert!(found.to_string().contains("of step 6: the first that both logs keep"), "{found}");
+    assert!(found.to_string().contains("of step 6: the first that is to be had of both logs"), "{found}");
 }
 
 #[test]

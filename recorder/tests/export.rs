@@ -3,9 +3,9 @@
 mod sample;
 
 use prost::Message as _;
-use recorder::Log;
 use recorder::export::messages::{CameraCalibration, FrameTransforms, PosesInFrame, SceneUpdate};
 use recorder::export::{States, csv, viewer};
+use recorder::{Kept, Log};
 use sample::Run;
 use std::io::Cursor;
 
@@ -22,7 +22,7 @@ fn table(write: impl Fn(&mut dyn std::io::Write)) -> Vec<Vec<String>> {
 #[test]
 fn tables_give_back_every_bit() {
     let log = RUN.log();
-    let bodies = table(|sink| csv::bodies(&log, States::All, sink).expect("memory"));
+    let bodies = table(|sink| csv::bodies(&log, States::All, &mut Kept(&log), sink).expect("memory"));
     assert_eq!(bodies.len(), 1 + 21 * 3);
     let columns = bodies[0].len();
     for (index, line) in bodies[1..].iter().enumerate() {
@@ -41,7 +41,7 @@ fn tables_give_back_every_bit() {
         assert_eq!(got, expected, "step {step}, ring {body}");
     }
     // A frame is taken at every other step.
-    let frames = table(|sink| csv::bodies(&log, States::Frames, sink).expect("memory"));
+    let frames = table(|sink| csv::bodies(&log, States::Frames, &mut Kept(&log), sink).expect("memory"));
     assert!(frames.len() == 1 + 10 * 3 || frames.len() == 1 + 11 * 3, "{}", frames.len());
     let steps = table(|sink| csv::steps(&log, sink).expect("memory"));
     assert_eq!(steps.len(), 22);
@@ -49,11 +49,14 @@ fn tables_give_back_every_bit() {
     let last = log.step(20).expect("a record");
     assert_eq!(steps[21][4].parse::<f64>().expect("a number").to_bits(), last.kinetic_energy_j.to_bits());
     assert_eq!(steps[21].last(), Some(&last.chained_hash.to_string()));
-    assert_eq!(table(|sink| csv::contacts(&log, States::All, sink).expect("memory")).len(), 1 + 21);
+    assert_eq!(
+        table(|sink| csv::contacts(&log, States::All, &mut Kept(&log), sink).expect("memory")).len(),
+        1 + 21
+    );
 }
 
 fn messages(log: &Log, states: States) -> Vec<(String, u64, Vec<u8>)> {
-    let bytes = viewer(log, states, Cursor::new(Vec::new())).expect("memory").into_inner();
+    let bytes = viewer(log, states, &mut Kept(log), Cursor::new(Vec::new())).expect("memory").into_inner();
     let messages = mcap::MessageStream::new(&bytes).expect("MCAP").map(|message| message.expect("a message"));
     messages
         .map(|message| (message.channel.topic.clone(), message.log_time, message.data.into_owned()))
@@ -117,6 +120,8 @@ fn a_viewer_gets_bodies_camera_pictures_and_numbers() {
 #[test]
 fn the_same_log_gives_the_same_file() {
     let log = RUN.log();
-    let write = || viewer(&log, States::Frames, Cursor::new(Vec::new())).expect("memory").into_inner();
+    let write = || {
+        viewer(&log, States::Frames, &mut Kept(&log), Cursor::new(Vec::new())).expect("memory").into_inner()
+    };
     assert!(write() == write());
 }

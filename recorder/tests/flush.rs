@@ -147,3 +147,18 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn the_index_stays_small_however_many_keyframes_there_are() {
+    // 6,000 keyframes, each of which would close a chunk of some 2.5 kB.
+    let run = Run { rings: 1, steps_planned: 12_000, steps: 12_000, state_every: 1000, renderer: false };
+    let log = run.log();
+    let (_, chunks) = log.chunks_checked();
+    // While the file has less than 1024 times a keyframe's bytes, each closes a chunk. From then on the file grows by
+    // 1/1024 with every chunk, so n chunks later it is exp(n / 1024) times as large.
+    let keyframes = 6_000.0_f64;
+    let chunks_max = 1024.0 * (1.0 + libm::log(keyframes / 1024.0));
+    println!("{chunks} chunks of {} bytes; at most {chunks_max:.0} expected", log.file_bytes());
+    assert!((chunks as f64) < 1.02 * chunks_max && chunks > 1024);
+    log.check(&mut |_, _| {}).expect("whole");
+}

@@ -1,7 +1,9 @@
 //! Cameras: pinhole, thin lens, orthographic; standing or on a path; and the moments of an open shutter.
 
+use crate::flat::all_lanes;
 use crate::ray::Ray;
 use crate::warp;
+use geometry::lanes::{Lanes, Simd, Vectors};
 use geometry::{Vec3, rotation};
 use nalgebra::{Quaternion, UnitQuaternion};
 use random::{Stream, unit};
@@ -84,6 +86,25 @@ impl Camera {
     }
 }
 
+impl Camera {
+    /// Directions of sixteen rays from the [position](Camera::position) through points of the picture, as [`Camera::ray`] has
+    /// them; `None` if the camera has a lens or is orthographic.
+    #[inline(always)]
+    pub(crate) fn directions<S: Simd>(&self, simd: S, x_px: Lanes<S>, y_px: Lanes<S>) -> Option<Vectors<S>> {
+        let Lens::Pinhole = self.lens else { return None };
+        let across = all_lanes(simd, &self.right).times(x_px);
+        let down = all_lanes(simd, &self.down).times(y_px);
+        let to_picture = all_lanes(simd, &self.corner).plus(&across).plus(&down);
+        let norm = to_picture.dot(&to_picture).sqrt();
+        let [x, y, z] = to_picture.0;
+        Some(Vectors([x / norm, y / norm, z / norm]))
+    }
+
+    pub(crate) fn position(&self) -> Vec3 {
+        self.position
+    }
+}
+
 /// Where the camera stands, where it looks and its field of view, at a time: on the cubic curve through the viewpoints whose
 /// tangents are the slopes between their neighbours (Catmull and Rom 1974, for uneven times); still before the first and
 /// after the last.
@@ -156,4 +177,56 @@ pub(crate) fn moved(bodies: &[BodyState], seconds: f64) -> Vec<BodyState> {
         }
     });
     moved.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampler::Sampler;
+    use schemas::scene::Scene;
+
+    /// A chi-squared test that rays leave the lens evenly over its disc, and that all of them meet where it is sharp.
+    #[test]
+    fn rays_leave_the_lens_evenly() {
+        const RINGS: usize = 12;
+        const TURNS: usize = 16;
+        const RAYS: u32 = 60_000;
+        let text = "
+            time = { duration_s = 0.0, time_step_s = 0.001 }
+            render.width_px = 40
+            render.height_px = 30
+            render.camera = { position_m = [1, 2, 3], look_at_m = [4, -1, 0], up = [0, 0, 1], lens_radius_m = 0.25, focus_distance_m = 3.0 }
+        ";
+        let scene = Scene::parse(text, &[]).expect("the scene is valid");
+        let camera = Camera::at(&scene.render, 0.0);
+        let Lens::Thin { across, .. } = camera.lens else { panic!("a lens") };
+        let [u, v] = across.map(|axis| axis / 0.25);
+        let forward = -u.cross(&v);
+        let mut sampler = Sampler::new(31, 0, Default::default());
+        let mut counts = [0_u32; RINGS * TURNS];
+        let (mut sharp, mut worst) = (None, 0.0);
+        for pixel in 0..RAYS {
+            sampler.start(u64::from(pixel), pixel % 5);
+            let ray = camera.ray(31.25, 7.5, || sampler.pair(1));
+            let offset = ray.origin - Vec3::new(1.0, 2.0, 3.0);
+            assert!(offset.dot(&forward).abs() < 1e-14, "off the lens");
+            let (x, y) = (offset.dot(&u) / 0.25, offset.dot(&v) / 0.25);
+            let bin = |share: f64, bins: usize| ((share * bins as f64) as usize).min(bins - 1);
+            let turn = libm::atan2(y, x) / core::f64::consts::TAU + 0.5;
+            // Rings of equal area.
+            counts[bin(x * x + y * y, RINGS) * TURNS + bin(turn, TURNS)] += 1;
+            let to_focus = (3.0 - offset.dot(&forward)) / ray.direction.dot(&forward);
+            let met = ray.origin + ray.direction * to_focus;
+            let apart = (met - *sharp.get_or_insert(met)).norm();
+            worst = if apart > worst { apart } else { worst };
+        }
+        let expected = f64::from(RAYS) / counts.len() as f64;
+        let chi_squared: f64 =
+            counts.iter().map(|&n| (f64::from(n) - expected) * (f64::from(n) - expected) / expected).sum();
+        // 191 degrees of freedom: mean 191, standard deviation 19.5; five deviations above the mean.
+        println!(
+            "lens: chi-squared {chi_squared:.1}, limit 290; rays meet within {worst:.1e}, allowed 1e-14"
+        );
+        assert!(chi_squared < 290.0 && worst < 1e-14, "{chi_squared} {worst:e}");
+    }
 }

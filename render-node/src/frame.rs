@@ -4,9 +4,12 @@ use crate::camera::{self, Camera};
 use crate::film::{Film, PixelSums, SamplePlace, luminance};
 use crate::model::RenderModel;
 use crate::path::{LENS_PAIR, PIXEL_PAIR, PathTracer};
-use crate::sampler::Points;
+use crate::ray::Ray;
+use crate::sampler::{Points, SampleOf, Squares};
 use crate::warp;
 use crate::world::{Hierarchy, PoseError, World};
+use geometry::Vec3;
+use geometry::lanes::{LANES, Lanes, Simd, Vectors, dispatch};
 use schemas::scene::render::{Filter, FilterShape};
 use schemas::state::BodyState;
 use std::num::NonZeroUsize;
@@ -180,13 +183,77 @@ fn add_samples_on(
 }
 
 /// Where in the picture a sample of a pixel looks, from the pixel's middle, in pixels.
+#[inline(always)]
 fn filter_offset(filter: &Filter, square: (f64, f64)) -> (f64, f64) {
     let (x, y) = match filter.shape {
         FilterShape::Box => (2.0 * square.0 - 1.0, 2.0 * square.1 - 1.0),
-        FilterShape::Tent => (warp::tent(square.0), warp::tent(square.1)),
-        FilterShape::Gaussian => warp::gaussian_disc(square),
+        shape => rounded_offset(shape, square),
     };
     (filter.radius_px * x, filter.radius_px * y)
+}
+
+#[inline(never)]
+fn rounded_offset(shape: FilterShape, square: (f64, f64)) -> (f64, f64) {
+    match shape {
+        FilterShape::Gaussian => warp::gaussian_disc(square),
+        FilterShape::Box | FilterShape::Tent => (warp::tent(square.0), warp::tent(square.1)),
+    }
+}
+
+/// Samples whose camera rays are made at once.
+#[derive(Default)]
+struct Batch {
+    /// Middles of the pixels.
+    middles: [[f64; LANES]; 2],
+    squares: Squares,
+    of: [SampleOf; LANES],
+    count: usize,
+}
+
+impl Batch {
+    #[inline(always)]
+    fn put(&mut self, (x_px, y_px): (u32, u32), of: SampleOf, points: &mut Points) {
+        self.middles[0][self.count] = f64::from(x_px) + 0.5;
+        self.middles[1][self.count] = f64::from(y_px) + 0.5;
+        points.put(of, PIXEL_PAIR, self.count, &mut self.squares);
+        self.of[self.count] = of;
+        self.count += 1;
+    }
+
+    /// Begins the paths.
+    fn begin(&mut self, camera: &Camera, filter: &Filter, points: &mut Points, tracer: &mut PathTracer) {
+        let (mut places, mut directions) = (self.middles, [[0.0; LANES]; 3]);
+        let pinhole = dispatch!(tracer.tracer.level, simd => simd.vectorize(
+            #[inline(always)]
+            || {
+                let [u, v] = self.squares.points();
+                for (lane, (&u, &v)) in u.iter().zip(&v).enumerate() {
+                    let (x, y) = filter_offset(filter, (u, v));
+                    places[0][lane] += x;
+                    places[1][lane] += y;
+                }
+                let [x, y] = [0, 1].map(
+                    #[inline(always)]
+                    |axis: usize| Lanes::load_array_ref(simd, &places[axis]),
+                );
+                let Some(Vectors(found)) = camera.directions(simd, x, y) else { return false };
+                for (row, column) in directions.iter_mut().zip(found) {
+                    column.store_array(row);
+                }
+                true
+            }
+        ));
+        for (lane, &of) in self.of.iter().enumerate().take(self.count) {
+            let ray = if pinhole {
+                let [x, y, z] = [directions[0][lane], directions[1][lane], directions[2][lane]];
+                Ray::new(camera.position(), Vec3::new(x, y, z))
+            } else {
+                camera.ray(places[0][lane], places[1][lane], || points.pair(of, LENS_PAIR))
+            };
+            tracer.begin(ray, of);
+        }
+        self.count = 0;
+    }
 }
 
 /// What one thread needs to render tiles.
@@ -281,18 +348,20 @@ impl Worker<'_, '_> {
             let (x_px, y_px) = place(pixel);
             u64::from(y_px) * u64::from(render.width_px) + u64::from(x_px)
         }));
-        self.points.start(&self.pixels, samples.clone());
+        let level = self.tracer.tracer.level;
+        self.points.start(level, &self.pixels, samples.clone());
         self.tracer.paths.clear();
+        let count = samples.end - samples.start;
+        let mut batch = Batch::default();
         for (index, &pixel) in (0..).zip(open) {
-            let (x_px, y_px) = place(pixel);
-            for k in 0..samples.end - samples.start {
-                let of = self.points.of(index, k);
-                let (x, y) = filter_offset(&render.filter, self.points.pair(of, PIXEL_PAIR));
-                let lens = || self.points.pair(of, LENS_PAIR);
-                let ray = camera.ray(f64::from(x_px) + 0.5 + x, f64::from(y_px) + 0.5 + y, lens);
-                self.tracer.begin(ray, of);
+            for k in 0..count {
+                batch.put(place(pixel), self.points.of(index, k), &mut self.points);
+                if batch.count == LANES {
+                    batch.begin(camera, &render.filter, &mut self.points, &mut self.tracer);
+                }
             }
         }
+        batch.begin(camera, &render.filter, &mut self.points, &mut self.tracer);
         self.tracer.follow(&mut self.points);
         let mut paths = self.tracer.paths.iter();
         for &pixel in open {

@@ -45,6 +45,7 @@ mod environment;
 mod exr_file;
 mod features;
 mod film;
+mod flat;
 mod frame;
 mod light;
 mod model;

@@ -1,9 +1,11 @@
 //! Lights: where a ray meets them, and how a point is lit by them.
 
 use crate::environment::EnvironmentMap;
-use crate::ray::Ray;
+use crate::flat::{all_lanes, meet_plane};
+use crate::ray::{Ray, RayLanes};
 use crate::warp::{self, Frame};
 use core::f64::consts::PI;
+use geometry::lanes::{LANES, Lanes, Simd, Vectors};
 use geometry::{Vec3, plane, sphere};
 use schemas::scene::render::{self, Light};
 use std::sync::Arc;
@@ -47,11 +49,32 @@ pub(crate) struct LightSample {
     pub pdf: f64,
 }
 
+/// The same from sixteen points.
+#[derive(Clone, Copy)]
+pub(crate) struct LightSamples<S: Simd> {
+    pub direction: Vectors<S>,
+    pub distance: Lanes<S>,
+    pub radiance: Vectors<S>,
+    pub pdf: Lanes<S>,
+    /// A bit for each point that the light may shine to.
+    pub lit: u32,
+}
+
+impl<S: Simd> LightSamples<S> {
+    /// No light to any point.
+    #[inline(always)]
+    pub(crate) fn none(simd: S) -> LightSamples<S> {
+        let zero = Lanes::splat(simd, 0.0);
+        let zeros = Vectors([zero; 3]);
+        LightSamples { direction: zeros, distance: zero, radiance: zeros, pdf: zero, lit: 0 }
+    }
+}
+
 impl AreaLight {
     /// The light, if it is one with an area.
     pub(crate) fn new(light: &Light) -> Option<AreaLight> {
         match light {
-            Light::Sun { .. } => None,
+            Light::Sun { .. } | Light::Point { .. } => None,
             Light::Sphere { position_m, radius_m, radiance } => Some(AreaLight {
                 shape: LightShape::Sphere { centre: Vec3::from(*position_m), radius: *radius_m },
                 radiance: Vec3::from(*radiance),
@@ -91,6 +114,38 @@ impl AreaLight {
                 ((0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v)).then_some(t)
             }
         }
+    }
+
+    /// [`AreaLight::hit`] of up to sixteen rays, which are given in both ways; NaN where they do not meet it.
+    #[inline(always)]
+    pub(crate) fn hit_each<S: Simd>(
+        &self,
+        simd: S,
+        rays: &[Ray],
+        lanes: &RayLanes<S>,
+        t_min: f64,
+    ) -> Lanes<S> {
+        let LightShape::Rectangle(rectangle) = &self.shape else {
+            return Lanes::load_array(simd, self.hit_one_by_one(rays, t_min));
+        };
+        let Rectangle { corner, normal, offset, inverse, .. } = rectangle;
+        let t = meet_plane(simd, lanes, normal, *offset, t_min);
+        let from_corner = lanes.origin.plus(&lanes.direction.times(t)).minus(&all_lanes(simd, corner));
+        let (zero, one) = (Lanes::splat(simd, 0.0), Lanes::splat(simd, 1.0));
+        let u = from_corner.dot(&all_lanes(simd, &inverse[0]));
+        let v = from_corner.dot(&all_lanes(simd, &inverse[1]));
+        let met = u.simd_ge(zero) & u.simd_le(one) & v.simd_ge(zero) & v.simd_le(one);
+        met.select(t, Lanes::splat(simd, f64::NAN))
+    }
+
+    /// [`AreaLight::hit`] of up to sixteen rays.
+    #[inline(never)]
+    fn hit_one_by_one(&self, rays: &[Ray], t_min: f64) -> [f64; LANES] {
+        let mut hits = [f64::NAN; LANES];
+        for (hit, ray) in hits.iter_mut().zip(rays) {
+            *hit = self.hit(ray, t_min).unwrap_or(f64::NAN);
+        }
+        hits
     }
 
     /// Radiance that is emitted against a ray that hits the light.
@@ -147,6 +202,33 @@ impl AreaLight {
         }
     }
 
+    /// [`AreaLight::sample`] from sixteen points, with the same bits; `None` for a kind that is asked one by one.
+    #[inline(always)]
+    pub(crate) fn sample_each<S: Simd>(
+        &self,
+        simd: S,
+        point: &Vectors<S>,
+        square: (Lanes<S>, Lanes<S>),
+    ) -> Option<LightSamples<S>> {
+        let LightShape::Rectangle(rectangle) = &self.shape else { return None };
+        let edges = (all_lanes(simd, &rectangle.edge_u), all_lanes(simd, &rectangle.edge_v));
+        let corner = all_lanes(simd, &rectangle.corner);
+        let on_light = corner.plus(&edges.0.times(square.0)).plus(&edges.1.times(square.1));
+        let to_light = on_light.minus(point);
+        let squared = to_light.dot(&to_light);
+        let distance = squared.sqrt();
+        let [x, y, z] = to_light.0;
+        let direction = Vectors([x / distance, y / distance, z / distance]);
+        let cosine = -direction.dot(&all_lanes(simd, &rectangle.normal));
+        Some(LightSamples {
+            direction,
+            distance,
+            radiance: all_lanes(simd, &self.radiance),
+            pdf: squared / (rectangle.area * cosine),
+            lit: cosine.simd_gt(Lanes::splat(simd, 0.0)).to_bitmask(),
+        })
+    }
+
     /// From within a glowing sphere: all directions alike.
     #[cold]
     fn sample_around(&self, point: &Vec3, square: (f64, f64)) -> Option<LightSample> {
@@ -170,6 +252,41 @@ impl AreaLight {
             LightShape::Rectangle(rectangle) => {
                 distance * distance / (rectangle.area * direction.dot(&rectangle.normal).abs())
             }
+        }
+    }
+}
+
+/// A point that shines, compiled.
+#[derive(Clone, Debug)]
+pub(crate) struct PointLight {
+    position: Vec3,
+    /// Radiant intensity.
+    pub intensity: Vec3,
+}
+
+impl PointLight {
+    /// The light, if it is one without size.
+    pub(crate) fn new(light: &Light) -> Option<PointLight> {
+        let Light::Point { position_m, intensity } = light else { return None };
+        Some(PointLight { position: Vec3::from(*position_m), intensity: Vec3::from(*intensity) })
+    }
+
+    /// The one direction to it from each of sixteen points. Its `radiance` is the irradiance of a surface that faces it, as of a
+    /// light of one steradian with a density of 1.
+    #[inline(always)]
+    pub(crate) fn sample_each<S: Simd>(&self, simd: S, point: &Vectors<S>) -> LightSamples<S> {
+        let to_light = all_lanes(simd, &self.position).minus(point);
+        let squared = to_light.dot(&to_light);
+        let distance = squared.sqrt();
+        let [x, y, z] = to_light.0;
+        let share = 1.0 / squared;
+        LightSamples {
+            direction: Vectors([x / distance, y / distance, z / distance]),
+            distance,
+            radiance: all_lanes(simd, &self.intensity).times(share),
+            pdf: Lanes::splat(simd, 1.0),
+            // At the light itself there is no direction to it.
+            lit: squared.simd_gt(Lanes::splat(simd, 0.0)).to_bitmask(),
         }
     }
 }

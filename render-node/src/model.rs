@@ -2,7 +2,7 @@
 
 use crate::bsdf::Bsdf;
 use crate::environment::EnvironmentMap;
-use crate::light::{AreaLight, Environment, Sun};
+use crate::light::{AreaLight, Environment, PointLight, Sun};
 use crate::solids::{FormulaRefused, SolidFrame, SolidShape};
 use geometry::Vec3;
 use schemas::plan::Plan;
@@ -26,6 +26,7 @@ pub struct RenderModel {
     pub(crate) planes: Vec<PlaneShape>,
     pub(crate) lights: Vec<AreaLight>,
     pub(crate) suns: Vec<Sun>,
+    pub(crate) point_lights: Vec<PointLight>,
     pub(crate) environment: Option<Environment>,
     /// The lights that shine: each is asked for its light equally often.
     pub(crate) shining: Vec<Shining>,
@@ -52,6 +53,7 @@ pub(crate) struct Features {
 pub(crate) enum Shining {
     Area(usize),
     Sun(usize),
+    Point(usize),
     Environment,
 }
 
@@ -164,9 +166,13 @@ impl RenderModel {
         let suns: Vec<_> = render.lights.iter().filter_map(Sun::new).collect();
         let lit = (0..lights.len()).filter(|&index| lights[index].is_lit()).map(Shining::Area);
         let up = (0..suns.len()).filter(|&index| suns[index].radiance != Vec3::zeros()).map(Shining::Sun);
-        let (areas, discs) = (lit.clone().count(), up.clone().count());
-        let shining: Vec<_> = lit.chain(up).collect();
-        let plan = plan(scene, areas, discs);
+        let point_lights: Vec<_> = render.lights.iter().filter_map(PointLight::new).collect();
+        let points = (0..point_lights.len())
+            .filter(|&index| point_lights[index].intensity != Vec3::zeros())
+            .map(Shining::Point);
+        let counts = [lit.clone().count(), up.clone().count(), points.clone().count()];
+        let shining: Vec<_> = lit.chain(up).chain(points).collect();
+        let plan = plan(scene, counts);
         let horizon = Vec3::from(render.sky.horizon_radiance);
         let model = RenderModel {
             frames_per_second: scene.time.frames_per_second,
@@ -179,7 +185,9 @@ impl RenderModel {
                 sky: everything
                     || ["sky", "sun", "environment"].iter().any(|name| plan.needs(&format!("light/{name}"))),
                 lights: everything
-                    || ["area", "sun", "environment"].iter().any(|name| plan.needs(&format!("light/{name}"))),
+                    || ["area", "sun", "point", "environment"]
+                        .iter()
+                        .any(|name| plan.needs(&format!("light/{name}"))),
                 emitters: everything || plan.needs("look/emitter"),
                 bodies: everything
                     || ["ring", "sphere", "capsule", "box", "polynomial", "surface"]
@@ -194,6 +202,7 @@ impl RenderModel {
             planes,
             lights,
             suns,
+            point_lights,
             environment: None,
             shining,
             looks: looks.compiled,
@@ -288,7 +297,8 @@ fn checker_axes(normal: &Vec3) -> [Vec3; 2] {
     [first, normal.cross(&first)]
 }
 
-fn plan(scene: &Scene, lit: usize, suns: usize) -> Plan {
+/// The numbers of lights are those that shine: area lights, suns and points.
+fn plan(scene: &Scene, [lit, suns, points]: [usize; 3]) -> Plan {
     let render = &scene.render;
     let mut plan = Plan::default();
     let counted = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
@@ -322,6 +332,9 @@ fn plan(scene: &Scene, lit: usize, suns: usize) -> Plan {
     );
     if suns > 0 {
         plan.push("light/sun", true, counted(suns, "sun"));
+    }
+    if points > 0 {
+        plan.push("light/point", true, counted(points, "light") + " without size");
     }
     let sky = render.sky.zenith_radiance != [0.0; 3] || render.sky.horizon_radiance != [0.0; 3];
     if let Some(environment) = &render.environment {

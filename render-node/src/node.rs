@@ -252,7 +252,8 @@ fn receive_scene(bus: &Bus, scenes: &mut Subscriber, stop: &AtomicBool) -> Resul
     }
 }
 
-fn frame_info(frame: u64, state: &StateMessage, film: &Film, scene: &Scene, plan: &Plan) -> FrameInfo {
+/// What is said of a frame, but for the hash of its environment map's file.
+pub fn frame_info(frame: u64, state: &StateMessage, film: &Film, scene: &Scene, plan: &Plan) -> FrameInfo {
     FrameInfo {
         frame,
         step: state.header.step,

@@ -1,15 +1,17 @@
 //! The path tracer: what light comes back along a ray.
 
+mod vertices;
+
 use crate::bvh::Tracer;
 use crate::film::luminance;
-use crate::light::LightSample;
-use crate::model::{RenderModel, Shining};
-use crate::ray::{Ray, Vertex};
+use crate::model::RenderModel;
+use crate::ray::Ray;
 use crate::sampler::{Points, SampleOf};
-use crate::warp::Frame;
 use crate::world::{Hit, ShadowEnd, Surface, World};
 use geometry::Vec3;
+use geometry::lanes::{LANES, Simd, dispatch};
 use schemas::scene::render::{DirectLight, UNLIMITED};
+use vertices::{Turned, Vertices, lanes_of};
 
 /// Pairs of random dimensions that are not those of a bounce: where in the pixel, where in the lens.
 pub(crate) const PIXEL_PAIR: usize = 0;
@@ -100,73 +102,107 @@ impl<'a> PathTracer<'a> {
             }
             self.rays += self.going.len() as u64;
             self.world.closest_each(&mut self.tracer, &self.going_rays, &mut self.hits);
-            let mut still_going = 0;
-            for place in 0..self.going.len() {
-                let (number, ray, hit) = (self.going[place], self.going_rays[place], self.hits[place]);
-                if let Some(next) = self.turn(bounce, number, &ray, hit, points) {
-                    (self.going[still_going], self.going_rays[still_going]) = (number, next);
-                    still_going += 1;
-                }
-            }
-            self.going.truncate(still_going);
-            self.going_rays.truncate(still_going);
+            self.turn(bounce, points);
             self.look_at_lights();
         }
         self.last_light(bounces_max.saturating_add(1));
     }
 
-    /// What happens at a vertex of a path: where its ray meets a surface, or nothing. The ray on which it goes on, if it
-    /// does.
-    #[inline]
-    fn turn(
-        &mut self,
-        bounce: u32,
-        number: u32,
-        ray: &Ray,
-        hit: Option<Hit>,
-        points: &mut Points,
-    ) -> Option<Ray> {
-        let settings = &self.model.render;
+    /// What happens at the vertices of the paths, where their rays meet surfaces, or nothing: some end, for others a light is
+    /// asked, and they go on.
+    fn turn(&mut self, bounce: u32, points: &mut Points) {
         let world = self.world;
-        let Path { throughput, of, bsdf_pdf, .. } = self.paths[number as usize];
-        let surface = hit.map(|hit| (hit, world.surface(ray, &hit)));
-        let vertex = match surface {
-            Some((_, Surface::Scattering(vertex))) => vertex,
-            emitting => {
-                let light = throughput.component_mul(&self.light_seen(ray, emitting, bsdf_pdf));
-                let light = self.cut(light, bounce);
-                self.paths[number as usize].radiance += light;
-                return None;
-            }
-        };
-        let frame = Frame::about(&vertex.normal);
-        let wo = -frame.local(&ray.direction);
         let dimensions = PAIRS_OF_A_BOUNCE * bounce as usize;
-        if self.model.features.lights && !vertex.bsdf.is_mirror() {
-            let square = points.pair(of, dimensions + LIGHT_PAIR);
-            if let Some((light, sample, target)) = self.light_asked(&vertex, &frame, &wo, square) {
-                self.shadow_rays.push(vertex.leave(sample.direction));
-                self.shadow_ends.push(ShadowEnd { distance: sample.distance, target });
-                let light = self.cut(throughput.component_mul(&light), bounce + 1);
-                self.shadow_light.push((number, light));
+        let lights = self.lights_asked();
+        let mut vertices = Vertices::new();
+        let mut still_going = 0;
+        for place in 0..self.going.len() {
+            let (number, ray, hit) = (self.going[place], self.going_rays[place], self.hits[place]);
+            let path = &mut self.paths[number as usize];
+            let ring = hit.and_then(|hit| world.bodies.ring_met(hit.surface).zip(Some(hit)));
+            let bsdf = match ring {
+                Some(((ring, bsdf), hit)) => {
+                    vertices.put_on_ring(&ray, hit.distance, ring, hit.surface);
+                    bsdf
+                }
+                None => match hit.map(|hit| (hit, world.surface(&ray, &hit))) {
+                    Some((_, Surface::Scattering(vertex))) => {
+                        vertices.put_vertex(&vertex);
+                        vertex.bsdf
+                    }
+                    emitting => {
+                        let (throughput, bsdf_pdf) = (path.throughput, path.bsdf_pdf);
+                        let light = throughput.component_mul(&self.light_seen(&ray, emitting, bsdf_pdf));
+                        let light = self.cut(light, bounce);
+                        self.paths[number as usize].radiance += light;
+                        continue;
+                    }
+                },
+            };
+            let asks = lights > 0 && !bsdf.is_mirror();
+            if asks {
+                points.put(path.of, dimensions + LIGHT_PAIR, vertices.count, &mut vertices.light_squares);
+            }
+            points.put(path.of, dimensions + BSDF_PAIR, vertices.count, &mut vertices.bsdf_squares);
+            vertices.put_path((number, path), &ray.direction, bsdf, asks);
+            if vertices.count == LANES {
+                self.turn_each(&vertices, bounce, points, &mut still_going);
+                vertices.clear();
             }
         }
-        let sample = vertex.bsdf.sample(&wo, points.pair(of, dimensions + BSDF_PAIR))?;
-        let mut throughput = throughput.component_mul(&sample.weight);
-        if throughput == Vec3::zeros() {
-            return None;
+        if vertices.count > 0 {
+            self.turn_each(&vertices, bounce, points, &mut still_going);
         }
-        if bounce >= settings.roulette_after {
-            let most = if settings.bounces_max == UNLIMITED { 1.0 - END_LEAST } else { 1.0 };
-            let share = at_most(throughput.max(), most);
-            if points.pair(of, dimensions + ROULETTE_PAIR).0 >= share {
-                return None;
+        self.going.truncate(still_going);
+        self.going_rays.truncate(still_going);
+    }
+
+    /// How many lights there are to choose from at a vertex.
+    fn lights_asked(&self) -> usize {
+        match self.model.render.direct_light {
+            DirectLight::Mis | DirectLight::Lights if self.model.features.lights => self.model.shining.len(),
+            _ => 0,
+        }
+    }
+
+    /// What happens at sixteen vertices, or at the last ones. Paths that go on take the places of those before.
+    #[inline(never)]
+    fn turn_each(
+        &mut self,
+        vertices: &Vertices<'a>,
+        bounce: u32,
+        points: &mut Points,
+        still_going: &mut usize,
+    ) {
+        let model = self.model;
+        let mut turned = Turned::new();
+        dispatch!(self.tracer.level, simd => simd.vectorize(
+            #[inline(always)]
+            || vertices.turned(simd, model, &mut turned)
+        ));
+        for lane in lanes_of(turned.lit) {
+            let (ray, distance, target, light) = turned.to_light(lane);
+            self.shadow_rays.push(ray);
+            self.shadow_ends.push(ShadowEnd { distance, target });
+            self.shadow_light.push((vertices.numbers[lane], self.cut(light, bounce + 1)));
+        }
+        for lane in lanes_of(turned.going) {
+            let number = vertices.numbers[lane];
+            let (mut throughput, bsdf_pdf) = turned.next(lane);
+            let path = &mut self.paths[number as usize];
+            if bounce >= model.render.roulette_after {
+                let most = if model.render.bounces_max == UNLIMITED { 1.0 - END_LEAST } else { 1.0 };
+                let share = at_most(throughput.max(), most);
+                let pair = PAIRS_OF_A_BOUNCE * bounce as usize + ROULETTE_PAIR;
+                if points.pair(path.of, pair).0 >= share {
+                    continue;
+                }
+                throughput /= share;
             }
-            throughput /= share;
+            (path.throughput, path.bsdf_pdf) = (throughput, bsdf_pdf);
+            (self.going[*still_going], self.going_rays[*still_going]) = (number, turned.onward(lane));
+            *still_going += 1;
         }
-        let path = &mut self.paths[number as usize];
-        (path.throughput, path.bsdf_pdf) = (throughput, sample.pdf);
-        Some(vertex.leave(frame.world(&sample.wi)))
     }
 
     /// Adds what comes along the shadow rays that nothing is in the way of.
@@ -199,43 +235,6 @@ impl<'a> PathTracer<'a> {
         }
     }
 
-    /// Light that the surface at a vertex sends along `wo` from one light, chosen at random, that stands for all, if
-    /// nothing is in between; with the direction and the light that it comes from. `None` where it is none anyway.
-    #[inline]
-    fn light_asked(
-        &self,
-        vertex: &Vertex,
-        frame: &Frame,
-        wo: &Vec3,
-        (u, v): (f64, f64),
-    ) -> Option<(Vec3, LightSample, Option<usize>)> {
-        if self.model.shining.is_empty() {
-            return None;
-        }
-        let count = self.model.shining.len() as f64;
-        // The whole part of `count u` chooses; the rest is again uniform.
-        let scaled = u * count;
-        let chosen = scaled as usize;
-        let square = (scaled - chosen as f64, v);
-        let (sample, target) = match self.model.shining[chosen] {
-            Shining::Area(index) => (self.model.lights[index].sample(&vertex.point, square)?, Some(index)),
-            Shining::Sun(index) => (self.model.suns[index].sample(square), None),
-            Shining::Environment => (self.model.environment.as_ref()?.sample(square), None),
-        };
-        let wi = frame.local(&sample.direction);
-        let bsdf = vertex.bsdf.eval(wo, &wi);
-        if !(wi.z > 0.0) || bsdf == Vec3::zeros() {
-            return None;
-        }
-        let light_pdf = sample.pdf / count;
-        let weight = match self.model.render.direct_light {
-            DirectLight::Mis => mis_weight(light_pdf, vertex.bsdf.pdf(wo, &wi)),
-            DirectLight::Lights => 1.0,
-            DirectLight::Bsdf => return None,
-        };
-        Some((bsdf.component_mul(&sample.radiance) * (weight / light_pdf), sample, target))
-    }
-
     /// Light that comes back along a ray from where it ends: nothing, a light, a body that glows, or the sky.
     fn light_seen(&self, ray: &Ray, end: Option<(Hit, Surface)>, bsdf_pdf: Option<f64>) -> Vec3 {
         match end {
@@ -259,6 +258,9 @@ impl<'a> PathTracer<'a> {
     /// Light from infinitely far away, of a ray that meets nothing.
     #[inline]
     fn sky_met(&self, ray: &Ray, bsdf_pdf: Option<f64>) -> Vec3 {
+        if !self.model.features.sky {
+            return Vec3::zeros();
+        }
         let mut light = match &self.model.environment {
             None => self.model.sky.radiance(&ray.direction),
             Some(environment) => {

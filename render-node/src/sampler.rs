@@ -10,7 +10,8 @@
 //! their sources.
 
 use core::ops::Range;
-use random::{Scrambled, Stream, unit};
+use geometry::lanes::{LANES, Level, Simd, dispatch};
+use random::{Scrambled, ScrambledColumns, Stream, unit};
 use schemas::scene::render;
 
 /// Separates these random numbers from those that other parts draw from the same seed.
@@ -35,7 +36,7 @@ impl Sampler {
 
     /// Goes to a sample of a pixel; pixels are numbered row by row from the top left.
     pub fn start(&mut self, pixel: u64, sample: u32) {
-        self.points.start(&[pixel], sample..sample + 1);
+        self.points.start(Level::new(), &[pixel], sample..sample + 1);
     }
 
     /// A point in the open unit square: the current sample's values of a pair of dimensions.
@@ -45,7 +46,7 @@ impl Sampler {
 }
 
 /// A sample of one of the pixels that [`Points`] is at.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct SampleOf {
     /// Which of the pixels.
     place: u32,
@@ -61,8 +62,12 @@ pub(crate) struct Points {
     pixels: Vec<u64>,
     first_sample: u32,
     samples: u32,
-    /// The point sets of each pixel's pairs of dimensions, as far as they were made.
-    sets: Vec<Vec<Scrambled>>,
+    /// The point sets of each pixel's first pairs of dimensions.
+    sets: Vec<Scrambled>,
+    /// How many of a pixel there are.
+    made: usize,
+    /// The point sets of all pairs of a pixel that needed more.
+    more: Vec<Vec<Scrambled>>,
     /// How many are made at once: as many as some pixel before it needed. No number depends on it.
     usual: usize,
     /// The independent points of each sample's pairs of dimensions, as far as they were asked for.
@@ -82,28 +87,59 @@ impl Points {
             first_sample: 0,
             samples: 0,
             sets: Vec::new(),
+            made: 0,
+            more: Vec::new(),
             usual: 1,
             points: Vec::new(),
         }
     }
 
-    /// Goes to some samples of some pixels.
-    pub(crate) fn start(&mut self, pixels: &[u64], samples: Range<u32>) {
+    /// Goes to some samples of some pixels. No bit depends on `level`.
+    pub(crate) fn start(&mut self, level: Level, pixels: &[u64], samples: Range<u32>) {
         (self.first_sample, self.samples) = (samples.start, samples.end - samples.start);
+        // Point sets are those of all samples of a pixel.
+        let same = self.pixels == pixels;
+        self.pixels.clear();
+        self.pixels.extend_from_slice(pixels);
         match self.kind {
-            // Point sets are those of all samples of a pixel.
-            render::Sampler::Sobol if self.pixels == pixels => {}
+            render::Sampler::Sobol if same => {}
             render::Sampler::Sobol => {
-                self.sets.iter_mut().for_each(Vec::clear);
-                self.sets.resize_with(pixels.len(), Vec::new);
+                self.more.iter_mut().for_each(Vec::clear);
+                self.more.resize_with(pixels.len(), Vec::new);
+                dispatch!(level, simd => simd.vectorize(
+                    #[inline(always)]
+                    || self.make_sets()
+                ));
             }
             render::Sampler::Independent => {
                 self.points.iter_mut().for_each(Vec::clear);
                 self.points.resize_with(pixels.len() * self.samples as usize, Vec::new);
             }
         }
-        self.pixels.clear();
-        self.pixels.extend_from_slice(pixels);
+    }
+
+    /// The first point sets of all pixels: three words each, in the order of pairs.
+    #[inline(always)]
+    fn make_sets(&mut self) {
+        self.made = self.usual;
+        self.sets.clear();
+        self.sets.resize(self.pixels.len() * self.made, Scrambled::default());
+        let mut words = [[[0; LANES]; 16]; (3 * USUAL_MAX).div_ceil(16)];
+        let sets = self.sets.chunks_mut(self.made * LANES);
+        for (pixels, sets) in self.pixels.chunks(LANES).zip(sets) {
+            let mut numbers = [0; LANES];
+            numbers[..pixels.len()].copy_from_slice(pixels);
+            for (block, words) in words.iter_mut().enumerate().take((3 * self.made).div_ceil(16)) {
+                *words = self.stream.blocks(&numbers, block as u32);
+            }
+            let words = words.as_flattened();
+            for (lane, sets) in sets.chunks_exact_mut(self.made).enumerate() {
+                for (pair, set) in sets.iter_mut().enumerate() {
+                    let word = [words[3 * pair][lane], words[3 * pair + 1][lane], words[3 * pair + 2][lane]];
+                    *set = Scrambled::from_words(word);
+                }
+            }
+        }
     }
 
     /// Sample k of pixel p of those that this is at.
@@ -113,46 +149,81 @@ impl Points {
     }
 
     /// A point in the open unit square: a sample's values of a pair of dimensions.
-    #[inline(always)]
+    #[inline]
     pub(crate) fn pair(&mut self, of: SampleOf, pair: usize) -> (f64, f64) {
-        match self.sets.get(of.place as usize).and_then(|sets| sets.get(pair)) {
-            Some(set) => set.point(of.sample),
-            None => self.first_pair(of, pair),
+        match self.kind {
+            render::Sampler::Sobol => self.set(of, pair).point(of.sample),
+            render::Sampler::Independent => self.independent(of, pair),
         }
     }
 
-    /// The same where the pair's point set is not there yet, or is not what is asked for.
-    #[inline(never)]
-    fn first_pair(&mut self, SampleOf { place, sample }: SampleOf, pair: usize) -> (f64, f64) {
-        let number = place * self.samples + (sample - self.first_sample);
-        let place = place as usize;
-        let pixel = self.pixels[place];
-        // Words are drawn in the order of pairs, whichever is asked for first.
-        match self.kind {
-            render::Sampler::Sobol => {
-                if self.usual <= pair && pair < USUAL_MAX {
-                    self.usual = pair + 1;
-                }
-                let sets = &mut self.sets[place];
-                // Twice as many as before, so that starting anew costs no more than going on.
-                let count = (2 * sets.len()).max(self.usual).max(pair + 1);
-                sets.clear();
-                self.stream.go_to(pixel);
-                sets.extend((0..count).map(|_| Scrambled::from_stream(&mut self.stream)));
-                sets[pair].point(sample)
-            }
-            render::Sampler::Independent => {
-                let points = &mut self.points[number as usize];
-                if points.len() <= pair {
-                    let count = (2 * points.len()).max(self.usual).max(pair + 1);
-                    points.clear();
-                    self.stream.go_to_part(pixel, sample);
-                    let stream = &mut self.stream;
-                    points.extend((0..count).map(|_| (unit(stream.word()), unit(stream.word()))));
-                }
-                points[pair]
-            }
+    /// The same, to be made later together with those of other lanes.
+    #[inline(always)]
+    pub(crate) fn put(&mut self, of: SampleOf, pair: usize, lane: usize, squares: &mut Squares) {
+        if self.kind == render::Sampler::Sobol {
+            squares.sets.put(lane, &self.set(of, pair), of.sample);
+        } else {
+            let point = self.independent(of, pair);
+            (squares.given[0][lane], squares.given[1][lane]) = point;
+            squares.are_given = true;
         }
+    }
+
+    #[inline(always)]
+    fn set(&mut self, of: SampleOf, pair: usize) -> Scrambled {
+        if pair < self.made {
+            return self.sets[of.place as usize * self.made + pair];
+        }
+        self.later_set(of, pair)
+    }
+
+    #[inline(never)]
+    fn later_set(&mut self, SampleOf { place, .. }: SampleOf, pair: usize) -> Scrambled {
+        if self.usual <= pair && pair < USUAL_MAX {
+            self.usual = pair + 1;
+        }
+        let place = place as usize;
+        let sets = &mut self.more[place];
+        if sets.len() <= pair {
+            // Twice as many as before, so that starting anew costs no more than going on. Words are drawn in the order of
+            // pairs, whichever is asked for first.
+            let count = (2 * sets.len()).max(pair + 1);
+            sets.clear();
+            self.stream.go_to(self.pixels[place]);
+            sets.extend((0..count).map(|_| Scrambled::from_stream(&mut self.stream)));
+        }
+        sets[pair]
+    }
+
+    #[inline(never)]
+    fn independent(&mut self, SampleOf { place, sample }: SampleOf, pair: usize) -> (f64, f64) {
+        let points = &mut self.points[(place * self.samples + (sample - self.first_sample)) as usize];
+        if points.len() <= pair {
+            let count = (2 * points.len()).max(self.usual).max(pair + 1);
+            points.clear();
+            self.stream.go_to_part(self.pixels[place as usize], sample);
+            let stream = &mut self.stream;
+            points.extend((0..count).map(|_| (unit(stream.word()), unit(stream.word()))));
+        }
+        points[pair]
+    }
+}
+
+/// A point of the unit square for each of sixteen lanes.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Squares {
+    /// Whose points they are.
+    sets: ScrambledColumns<LANES>,
+    /// The points themselves.
+    given: [[f64; LANES]; 2],
+    are_given: bool,
+}
+
+impl Squares {
+    /// First and second coordinates.
+    #[inline(always)]
+    pub(crate) fn points(&self) -> [[f64; LANES]; 2] {
+        if self.are_given { self.given } else { self.sets.points() }
     }
 }
 

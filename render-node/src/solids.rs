@@ -6,6 +6,7 @@
 use crate::colour::Wire;
 use crate::sieve::Outline;
 use geometry::polynomial::{Bounds, Solid, SolidError, Surface, SurfaceError};
+use geometry::shift::closest_approach;
 use geometry::{Aabb, Circle, RootFinder, Vec3, capsule, cuboid, rotation, sphere, torus};
 use nalgebra::{Quaternion, UnitQuaternion};
 use schemas::scene::{Scene, render};
@@ -180,8 +181,11 @@ impl SolidFrame {
 
     /// Distance to the first hit beyond `start`.
     pub(crate) fn hit(&self, shape: &SolidShape, origin: &Vec3, direction: &Vec3, start: f64) -> Option<f64> {
-        let (origin, direction) = (self.local(&(origin - self.centre)), self.local(direction));
-        match shape {
+        // From the closest approach on, since turning a place far away would cost its last digits.
+        let (s, near) =
+            closest_approach(&(origin - self.centre), direction, self.outline(shape).outer_radius);
+        let (origin, direction, start) = (self.local(&near), self.local(direction), start - s);
+        let t = match shape {
             SolidShape::Capsule { half_length, radius } => {
                 capsule::ray_capsule(&origin, &direction, *half_length, *radius, start)
             }
@@ -196,7 +200,8 @@ impl SolidFrame {
                 sphere::ray_sphere(&origin, &direction, &Vec3::zeros(), *radius, start)
             }
             SolidShape::Sheet(surface, finder) => surface.ray(&origin, &direction, start, *finder),
-        }
+        }?;
+        Some(s + t)
     }
 
     /// Outward unit normal at a point of the surface, and whether the tangent plane there has the whole body on one side.

@@ -1,6 +1,9 @@
 //! Directions and offsets from points of the unit square: turns of a circle, cosine-weighted hemisphere, cone, filters.
 
+mod lanes;
+
 use geometry::Vec3;
+pub(crate) use lanes::{Frames, cosine_hemispheres};
 
 /// `(cos, sin)` of `turns` full turns, for `turns` from 0 to 1.
 ///

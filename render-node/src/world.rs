@@ -190,8 +190,7 @@ impl<'a> World<'a> {
     /// The first surfaces that rays meet, in the order of the rays. The same bits as for each ray alone, in less time.
     pub fn closest_each(&self, tracer: &mut Tracer, rays: &[Ray], hits: &mut Vec<Option<Hit>>) {
         let mut reaches = core::mem::take(&mut tracer.reaches);
-        reaches.clear();
-        reaches.extend(rays.iter().map(|ray| Reach::closest(self.closest_plane_or_light(ray))));
+        self.closest_flat(tracer.level, rays, &mut reaches);
         if self.model.features.bodies {
             tracer.closest(&self.bvh, &self.bodies, rays, &mut reaches);
         }
@@ -208,10 +207,7 @@ impl<'a> World<'a> {
     pub fn any_each(&self, tracer: &mut Tracer, rays: &[Ray], ends: &[ShadowEnd], blocked: &mut Vec<bool>) {
         assert_eq!(rays.len(), ends.len(), "each ray has an end");
         let mut reaches = core::mem::take(&mut tracer.reaches);
-        reaches.clear();
-        reaches.extend(rays.iter().zip(ends).map(|(ray, end)| {
-            Reach::before(end.distance, self.any_plane_or_light(ray, end.distance, end.target))
-        }));
+        self.any_flat(tracer.level, rays, ends, &mut reaches);
         if self.model.features.bodies {
             tracer.any(&self.bvh, &self.bodies, rays, &mut reaches);
         }
@@ -270,8 +266,16 @@ impl<'a> World<'a> {
         self.model.lights.iter().enumerate().any(in_the_way)
     }
 
+    pub(crate) fn planes(&self) -> &[PlaneShape] {
+        &self.model.planes
+    }
+
+    pub(crate) fn lights(&self) -> &[AreaLight] {
+        &self.model.lights
+    }
+
     /// Number of the first light among the surfaces.
-    fn first_light(&self) -> u32 {
+    pub(crate) fn first_light(&self) -> u32 {
         self.bodies.count() + self.model.planes.len() as u32
     }
 
@@ -366,6 +370,17 @@ impl Bodies<'_> {
         };
         let radius = self.model.spheres[sphere].radius;
         sphere::ray_sphere(&ray.origin, &ray.direction, centre, radius, self.ray_start)
+    }
+
+    /// A ring by its number and how it scatters light; `None` if it is another body, or glows.
+    #[inline]
+    pub(crate) fn ring_met(&self, body: u32) -> Option<(&PlacedRing, &Bsdf)> {
+        let ring = self.rings.get(body as usize)?;
+        if let Some(coloured) = self.colours.get(body as usize) {
+            return Some((ring, coloured));
+        }
+        let look = &self.model.looks[self.model.rings[body as usize].look as usize];
+        look.emitted.is_none().then_some((ring, &look.bsdf))
     }
 
     fn surface(&self, body: u32, point: Vec3, ray: &Ray) -> Surface<'_> {

@@ -367,6 +367,25 @@ mod tests {
         assert!(arcs > 1000 && worst < 1e-6);
     }
 
+    /// Which pairs are listed as close, and how often the list is made, changes no bit: anew in each step, or long.
+    #[test]
+    fn lists_of_close_pairs_change_no_bit() {
+        let end = |margin: Option<f64>| {
+            let (model, mut state, mut scratch) = hanging();
+            let evaluation = &mut scratch.evaluation;
+            evaluation.close_margin = margin.unwrap_or(evaluation.close_margin);
+            for _ in 0..300 {
+                step(&model, &mut state, &mut scratch).unwrap();
+            }
+            assert!(scratch.evaluation.arc_forces().count() > 30, "they touch");
+            state
+        };
+        let expected = end(None);
+        for margin in [0.0, 0.01, 0.6] {
+            assert_eq!(end(Some(margin)), expected, "margin {margin}");
+        }
+    }
+
     /// What the kernel's pairs do, and the inelastic part, with arcs and forces of the scalar code.
     fn one_at_a_time(model: &Model, scratch: &Scratch) -> (Vec<Wrench>, Vec<Wrench>) {
         let moment = &scratch.moment;

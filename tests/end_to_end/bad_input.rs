@@ -87,9 +87,10 @@ fn logs_that_cannot_be_used() {
 #[test]
 fn every_verb_has_help_with_an_example() {
     let place = Place::new();
-    for verb in
-        ["run", "sim", "render", "record", "replay", "rerender", "verify", "diff", "export", "info", "plan"]
-    {
+    for verb in [
+        "run", "sim", "render", "record", "replay", "rerender", "verify", "diff", "export", "info", "plan",
+        "merge", "bus",
+    ] {
         let text = place.expect(0, &[verb, "--help"]);
         assert!(text.contains(&format!("chainmail {verb} ")), "{verb} --help shows no example:\n{text}");
     }
@@ -146,4 +147,30 @@ fn a_scene_may_come_through_a_pipe() {
     std::io::Write::write_all(&mut child.stdin.take().unwrap(), command::TINY.as_bytes()).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(0));
     place.expect(0, &["verify", "out/log.mcap"]);
+}
+
+#[test]
+fn the_printed_configuration_leads_to_a_run() {
+    let place = Place::new();
+    let bus = bus::BusName::unique();
+    let mut recorder = place.command(&["record", "--bus", bus.as_str(), "--out", "log.mcap", "--no-render"]);
+    let mut recorder = command::Background::start({
+        recorder.env_remove("TMPDIR");
+        recorder
+    });
+    recorder.wait_for("waiting");
+    let mut print = place.command(&["bus", bus.as_str()]);
+    let text = String::from_utf8(print.env_remove("TMPDIR").output().expect("a text").stdout).expect("text");
+    let config: toml::Table = text.parse().expect("TOML");
+    let global = |key: &str| config["global"][key].as_str().expect("a text").to_owned();
+    let services = std::path::Path::new(&global("root-path")).join("services");
+    let count = services
+        .read_dir()
+        .expect("the bus's folder")
+        .flatten()
+        .filter(|service| service.file_name().to_string_lossy().starts_with(&global("prefix")));
+    // Seven topics, and the events of three roles.
+    assert_eq!(count.count(), 10);
+    command::signal(recorder.child.id(), "INT");
+    recorder.finish();
 }

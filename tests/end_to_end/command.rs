@@ -112,6 +112,13 @@ impl Background {
         panic!("the process ended without '{text}':\n{}", self.seen);
     }
 
+    /// The next line; `None` at the end.
+    pub fn next_line(&mut self) -> Option<String> {
+        let line = self.lines.next()?.expect("text");
+        self.seen += &format!("{line}\n");
+        Some(line)
+    }
+
     /// Reads on to the end; returns the exit code.
     pub fn finish(&mut self) -> Option<i32> {
         for line in self.lines.by_ref() {

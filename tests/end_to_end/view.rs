@@ -27,6 +27,26 @@ struct State {
     request: String,
 }
 
+/// Asks to watch, with more lines in the head of the request; what is answered.
+fn ask(address: &str, lines: &str) -> (TcpStream, String) {
+    let mut stream = TcpStream::connect(address).expect("the server listens");
+    stream.set_read_timeout(Some(Duration::from_secs(20))).expect("a socket");
+    write!(
+        stream,
+        "GET / HTTP/1.1\r\nHost: {address}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n{lines}\
+         Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\
+         Sec-WebSocket-Protocol: foxglove.sdk.v1\r\n\r\n"
+    )
+    .expect("a socket");
+    let mut head = Vec::new();
+    while !head.ends_with(b"\r\n\r\n") {
+        let mut byte = [0];
+        stream.read_exact(&mut byte).expect("an answer");
+        head.push(byte[0]);
+    }
+    (stream, String::from_utf8(head).expect("text"))
+}
+
 struct Watcher {
     stream: TcpStream,
     /// Messages that came while something else was waited for: subscription, time, bytes.
@@ -35,22 +55,7 @@ struct Watcher {
 
 impl Watcher {
     fn connect(address: &str) -> Watcher {
-        let mut stream = TcpStream::connect(address).expect("the server listens");
-        stream.set_read_timeout(Some(Duration::from_secs(20))).expect("a socket");
-        write!(
-            stream,
-            "GET / HTTP/1.1\r\nHost: {address}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\
-             Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\
-             Sec-WebSocket-Protocol: foxglove.sdk.v1\r\n\r\n"
-        )
-        .expect("a socket");
-        let mut head = Vec::new();
-        while !head.ends_with(b"\r\n\r\n") {
-            let mut byte = [0];
-            stream.read_exact(&mut byte).expect("an answer");
-            head.push(byte[0]);
-        }
-        let head = String::from_utf8(head).expect("text");
+        let (stream, head) = ask(address, "");
         // The accept key of RFC 6455's own example.
         assert!(head.starts_with("HTTP/1.1 101") && head.contains("s3pPLMBiTxaQ9kYGzzhZRbK+xOo="), "{head}");
         Watcher { stream, passed_by: VecDeque::new() }
@@ -225,4 +230,27 @@ fn what_cannot_be_served_is_refused() {
     assert!(text.contains(&port) && text.contains("--port"), "{text}");
     assert!(place.expect(2, &["view", "run/log.mcap", "--rate=-1"]).contains("--rate"));
     place.expect(2, &["view", "tiny.toml"]);
+}
+
+#[test]
+fn web_pages_from_elsewhere_are_not_let_in() {
+    let place = Place::new();
+    place.expect(0, &["run", "tiny.toml", "--out", "run", "--no-render"]);
+    let view = ["view", "run/log.mcap", "--port", "0", "--paused", "--origin", "https://app.foxglove.dev"];
+    let mut server = Background::start(place.command(&view));
+    server.wait_for("serving");
+    let address = server.seen.trim().rsplit("ws://").next().expect("an address").to_owned();
+    for (origin, status) in [
+        ("https://evil.example", "403"),
+        ("null", "403"),
+        ("http://localhost.evil.example", "403"),
+        ("http://localhost:8080", "101"),
+        ("https://app.foxglove.dev", "101"),
+    ] {
+        let (_, head) = ask(&address, &format!("Origin: {origin}\r\n"));
+        assert!(head.starts_with(&format!("HTTP/1.1 {status}")), "{origin}: {head}");
+    }
+    server.wait_for("--origin \"https://evil.example\"");
+    signal(server.child.id(), "INT");
+    assert_eq!(server.finish(), Some(0), "{}", server.seen);
 }

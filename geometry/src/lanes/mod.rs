@@ -26,7 +26,7 @@ use crate::arc::{Arc, Arcs};
 use crate::{Circle, Vec3};
 use fearless_simd::f64x4;
 
-pub use fearless_simd::prelude::{Select, SimdBase, SimdFloat, SimdMask};
+pub use fearless_simd::prelude::{Select, SimdBase, SimdCombine, SimdFloat, SimdMask, SimdSplit};
 pub use fearless_simd::{Level, Simd, dispatch};
 
 mod chart;
@@ -43,6 +43,9 @@ pub use wide::{LANES, Lanes, Mask};
 
 /// Four numbers of one lane.
 pub type Row<S> = f64x4<S>;
+
+/// Eight numbers side by side.
+pub type Eight<S> = fearless_simd::f64x8<S>;
 
 /// An array with a place for each lane. Written out: `map` and `from_fn` are not inlined into code for other
 /// instruction sets than their own.

@@ -68,6 +68,12 @@ impl<S: Simd> Lanes<S> {
         Lanes(self.0.abs(), self.1.abs())
     }
 
+    /// The sizes of these with the signs of those.
+    #[inline(always)]
+    pub fn copysign(self, signs: Lanes<S>) -> Lanes<S> {
+        Lanes(self.0.copysign(signs.0), self.1.copysign(signs.1))
+    }
+
     /// Square roots.
     #[inline(always)]
     pub fn sqrt(self) -> Lanes<S> {

@@ -1,5 +1,6 @@
 //! Capsules and boxes against dense sampling.
 
+use crate::double_double::Double;
 use crate::random::Random;
 use geometry::span::{Bend, least, negative_spans};
 use geometry::{Vec3, capsule, cuboid};
@@ -146,6 +147,35 @@ fn rays_cross_where_the_distance_changes_its_sign() {
         }
         println!("solid {number}: {hits} hits, surface met to {worst:e}, allowed 1e-14");
         assert!(hits > 500 && worst < 1e-14);
+    }
+}
+
+/// From a million sizes away the crossing lies on the surface to half a unit in the last place of the ray parameter, in twice the
+/// precision, and what rounding does near the solid.
+#[test]
+fn rays_from_far_away_meet_the_surface() {
+    let mut random = Random(64);
+    for (number, solid) in solids().iter().enumerate() {
+        for away in [1e3, 1e6] {
+            let (mut hits, mut worst) = (0, 0.0);
+            for _ in 0..4000 {
+                let direction = random.direction();
+                let towards = random.direction() * random.uniform(0.0, 0.9);
+                let origin = towards - direction * away;
+                let Some(t) = solid.ray(&origin, &direction, 1e-6) else { continue };
+                let at = |axis: usize| {
+                    (Double::from(origin[axis]) + Double::from(t) * Double::from(direction[axis])).high
+                };
+                let off = solid.distance(&Vec3::new(at(0), at(1), at(2))).abs();
+                worst = if off > worst { off } else { worst };
+                hits += 1;
+            }
+            // The solids reach 1.1 about the origin, so half a unit in the last place of 1e6 or 1e3 is this.
+            let half_unit = if away > 1e5 { 5.83e-11 } else { 5.7e-14 };
+            let allowed = half_unit + 2e-14;
+            println!("solid {number} from {away:e}: {hits} hits, off by {worst:.2e}, allowed {allowed:.2e}");
+            assert!(hits > 1000 && worst < allowed, "solid {number} from {away:e}: {worst:e}");
+        }
     }
 }
 

@@ -14,15 +14,15 @@ pub(super) enum Depth {
 }
 
 /// What is known of the chunks of two logs.
-pub(super) struct Chunks<'a> {
-    sides: &'a [Side<'a>; 2],
+pub(super) struct Chunks<'a, 'b> {
+    sides: &'a [Side<'b>; 2],
     depth: Depth,
     /// Of each chunk of the first log: the chunk of the second that it was last compared with, and the result.
     known: RefCell<Vec<Option<(usize, bool)>>>,
 }
 
-impl<'a> Chunks<'a> {
-    pub fn new(sides: &'a [Side<'a>; 2], depth: Depth) -> Chunks<'a> {
+impl<'a, 'b> Chunks<'a, 'b> {
+    pub fn new(sides: &'a [Side<'b>; 2], depth: Depth) -> Chunks<'a, 'b> {
         let (_, count) = sides[0].log.chunks_checked();
         Chunks { sides, depth, known: RefCell::new(vec![None; count]) }
     }

@@ -23,6 +23,7 @@ pub use states::{FieldDifference, Growth, StateDifference, compare as compare_st
 use crate::fault::Health;
 use crate::message::{Kind, Message};
 use crate::reader::Log;
+use crate::states::{Kept, StateSource};
 use chunks::{Chunks, Depth};
 use schemas::end::End;
 use schemas::scene::{Scene, SceneRecord};
@@ -120,9 +121,15 @@ pub fn diff(a: &Log, b: &Log) -> Diff {
     diff_with(a, b, Options::default())
 }
 
-/// Compares two logs.
+/// Compares two logs by the states that they keep.
 pub fn diff_with(a: &Log, b: &Log, options: Options) -> Diff {
-    let sides = [Side::new(a), Side::new(b)];
+    diff_by(a, b, options, [&mut Kept(a), &mut Kept(b)])
+}
+
+/// Compares two logs; `sources` give the states that the logs do not keep.
+pub fn diff_by(a: &Log, b: &Log, options: Options, sources: [&mut dyn StateSource; 2]) -> Diff {
+    let [source_a, source_b] = sources;
+    let sides = [Side::new(a, source_a), Side::new(b, source_b)];
     let mut diff = Diff {
         files: [a, b].map(|log| log.file().to_owned()),
         verdict: Verdict::Same,
@@ -248,16 +255,18 @@ fn is_damaged(sides: &[Side; 2]) -> bool {
 /// One of the two logs, and what was found to be wrong with it.
 struct Side<'a> {
     log: &'a Log,
+    /// Gives the states that the log does not keep.
+    source: RefCell<&'a mut dyn StateSource>,
     damage: RefCell<Vec<String>>,
 }
 
 impl<'a> Side<'a> {
-    fn new(log: &'a Log) -> Side<'a> {
+    fn new(log: &'a Log, source: &'a mut dyn StateSource) -> Side<'a> {
         let damage = match log.health() {
             Health::Complete => Vec::new(),
             health => vec![format!("{}: {health}", log.file())],
         };
-        Side { log, damage: RefCell::new(damage) }
+        Side { log, source: RefCell::new(source), damage: RefCell::new(damage) }
     }
 
     fn count(&self, kind: Kind) -> usize {

@@ -39,6 +39,8 @@ pub struct FieldDifference {
 pub struct StateDifference {
     /// The step whose states were compared.
     pub step: u64,
+    /// Which of them their logs do not keep: they were simulated again for this.
+    pub made_again: [bool; 2],
     /// The first differing fields, in the order of the bytes.
     pub fields: Vec<FieldDifference>,
     /// How many fields differ.
@@ -107,14 +109,18 @@ pub(super) fn compare_from(sides: &[Side; 2], step: u64, scene: &Scene) -> Optio
     let common = sides[0].count(Kind::Step).max(sides[1].count(Kind::Step)) as u64;
     (step..common).find_map(|step| {
         let [a, b] = pair(sides, step)?;
-        (a != b).then(|| compare(step, &a, &b, scene))
+        let made_again = [0, 1].map(|side| matches!(sides[side].log.state_index(step), Ok(None)));
+        (a != b).then(|| StateDifference { made_again, ..compare(step, &a, &b, scene) })
     })
 }
 
-/// The states of a step, if both logs have them.
+/// The states of a step, if both logs have them, or they can be made again.
 fn pair(sides: &[Side; 2], step: u64) -> Option<[StateMessage; 2]> {
     let state = |side: &Side| -> Option<StateMessage> {
-        let index = side.log.state_index(step).ok()??;
+        let Some(index) = side.log.state_index(step).ok()? else {
+            // Why it cannot be had is no difference of the logs.
+            return side.source.borrow_mut().state(step).ok()?;
+        };
         let message = side.message(Kind::State, index)?;
         side.check_state(step, &message.bytes);
         wire::decode(&message.bytes).ok()
@@ -193,6 +199,7 @@ pub fn compare(step: u64, a: &StateMessage, b: &StateMessage, scene: &Scene) -> 
     }
     StateDifference {
         step,
+        made_again: [false; 2],
         fields: list.fields,
         fields_differing: list.count,
         bodies_differing,

@@ -139,7 +139,21 @@ fn text_of(value: Option<impl fmt::Display>) -> String {
 
 fn write_state(f: &mut fmt::Formatter<'_>, state: &StateDifference, first: u64) -> fmt::Result {
     if state.step != first {
-        write!(f, "\nstate    of step {}: the first that both logs keep", state.step)?;
+        write!(f, "\nstate    of step {}: the first that is to be had of both logs", state.step)?;
+    }
+    match state.made_again {
+        [false, false] => {}
+        [true, true] => {
+            write!(f, "\nstate    of step {}, simulated again: neither log keeps it", state.step)?
+        }
+        [a, _] => {
+            let which = if a { "A" } else { "B" };
+            write!(
+                f,
+                "\nstate    of step {}, simulated again for {which}, which does not keep it",
+                state.step
+            )?;
+        }
     }
     for (what, [a, b]) in [("bodies", state.bodies), ("contact histories", state.contacts)] {
         if a != b {

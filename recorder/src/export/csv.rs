@@ -4,6 +4,7 @@
 use super::{ExportError, States};
 use crate::message::Kind;
 use crate::reader::Log;
+use crate::states::StateSource;
 use schemas::state::StateMessage;
 use std::io::Write;
 
@@ -51,7 +52,12 @@ pub fn steps(log: &Log, sink: &mut dyn Write) -> Result<(), ExportError> {
 /// # Errors
 ///
 /// As [`steps`].
-pub fn bodies(log: &Log, states: States, sink: &mut dyn Write) -> Result<(), ExportError> {
+pub fn bodies(
+    log: &Log,
+    states: States,
+    source: &mut dyn StateSource,
+    sink: &mut dyn Write,
+) -> Result<(), ExportError> {
     let scene = log.scene()?.scene;
     writeln!(
         sink,
@@ -60,7 +66,7 @@ pub fn bodies(log: &Log, states: States, sink: &mut dyn Write) -> Result<(), Exp
     )?;
     // Names are looked up once a body, not once a line.
     let names: Vec<String> = (0..scene.body_count()).map(|body| scene.body_name(body)).collect();
-    for_each_state(log, states, &mut |state| {
+    for_each_state(log, states, source, &mut |state| {
         let (step, sim_time_s) = (state.header.step, state.header.sim_time_s);
         for (index, (body, name)) in state.bodies.iter().zip(&names).enumerate() {
             write!(sink, "{step},{sim_time_s:?},{index},{name}")?;
@@ -84,9 +90,14 @@ pub fn bodies(log: &Log, states: States, sink: &mut dyn Write) -> Result<(), Exp
 /// # Errors
 ///
 /// As [`steps`].
-pub fn contacts(log: &Log, states: States, sink: &mut dyn Write) -> Result<(), ExportError> {
+pub fn contacts(
+    log: &Log,
+    states: States,
+    source: &mut dyn StateSource,
+    sink: &mut dyn Write,
+) -> Result<(), ExportError> {
     writeln!(sink, "step,sim_time_s,body_a,body_b,arc,mid_cos,mid_sin,spring_x_m,spring_y_m,spring_z_m")?;
-    for_each_state(log, states, &mut |state| {
+    for_each_state(log, states, source, &mut |state| {
         for contact in &state.contacts {
             let [x, y, z] = contact.spring_m;
             writeln!(
@@ -108,14 +119,13 @@ pub fn contacts(log: &Log, states: States, sink: &mut dyn Write) -> Result<(), E
 fn for_each_state(
     log: &Log,
     states: States,
+    source: &mut dyn StateSource,
     act: &mut dyn FnMut(&StateMessage) -> Result<(), ExportError>,
 ) -> Result<(), ExportError> {
     let time = log.scene()?.scene.time;
-    for index in 0..log.count(Kind::State) {
-        // A frame's state is decoded; of the others only the step is looked at.
-        let step = log.state_step(index)?;
+    for step in 0..log.count(Kind::Step) as u64 {
         if (states == States::All || time.frame_at(step).is_some())
-            && let Some(state) = log.state(step)?
+            && let Some(state) = source.state(step)?
         {
             act(&state)?;
         }

@@ -39,7 +39,7 @@ impl From<mcap::McapError> for ExportError {
 /// Which states are exported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum States {
-    /// Every state that the log keeps.
+    /// Every state that the source has: those that the log keeps, or all.
     All,
     /// Those at frame times.
     Frames,

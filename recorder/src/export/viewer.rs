@@ -16,6 +16,7 @@ use super::scenery::{View, frame_name, rings, scene_update, timestamp, transform
 use super::{ExportError, States};
 use crate::message::Kind;
 use crate::reader::Log;
+use crate::states::StateSource;
 use crate::summary::outcome_text;
 use crate::writer::LIBRARY;
 use mcap::WriteOptions;
@@ -24,6 +25,7 @@ use prost::Message as _;
 use schemas::end::Outcome;
 use schemas::log_time_ns;
 use schemas::scene::Scene;
+use schemas::state::StateMessage;
 use schemas::step::StepRecord;
 use schemas::topics::FRAME_CHANNEL;
 use serde::Serialize;
@@ -165,18 +167,17 @@ impl<'a> Viewer<'a> {
         Ok(time_ns)
     }
 
-    /// Poses and frames of reference of a step's state, as of a time; nothing if the log keeps no state of it.
+    /// Poses and frames of reference of a state, as of a time.
     ///
     /// # Errors
     ///
-    /// [`ExportError::Log`] if it cannot be read.
-    pub fn put_state(&self, step: u64, time_ns: u64, put: &mut Put) -> Result<(), ExportError> {
-        let Some(state) = self.log.state(step)? else { return Ok(()) };
-        put(Topic::Poses as usize, time_ns, &rings(&self.scene, &state, time_ns).encode_to_vec())?;
+    /// Those of `put`.
+    pub fn put_state(&self, state: &StateMessage, time_ns: u64, put: &mut Put) -> Result<(), ExportError> {
+        put(Topic::Poses as usize, time_ns, &rings(&self.scene, state, time_ns).encode_to_vec())?;
         if self.names.is_empty() {
             return Ok(());
         }
-        put(Topic::Transforms as usize, time_ns, &transforms(&self.names, &state, time_ns).encode_to_vec())
+        put(Topic::Transforms as usize, time_ns, &transforms(&self.names, state, time_ns).encode_to_vec())
     }
 
     /// A picture as the log has it, and the camera that took it, as of a time; nothing if there is no such frame.
@@ -218,7 +219,12 @@ impl<'a> Viewer<'a> {
 /// # Errors
 ///
 /// [`ExportError`] if the log cannot be read or the sink refuses.
-pub fn viewer<W: Write + Seek>(log: &Log, states: States, sink: W) -> Result<W, ExportError> {
+pub fn viewer<W: Write + Seek>(
+    log: &Log,
+    states: States,
+    source: &mut dyn StateSource,
+    sink: W,
+) -> Result<W, ExportError> {
     let viewer = Viewer::new(log)?;
     let mut file = File::create(log, sink)?;
     let mut put = |channel: usize, time_ns: u64, bytes: &[u8]| file.write(channel, time_ns, bytes);
@@ -228,8 +234,10 @@ pub fn viewer<W: Write + Seek>(log: &Log, states: States, sink: W) -> Result<W, 
     for step in 0..count {
         time_ns = viewer.put_metrics(step, &mut put)?;
         let frame = viewer.scene.time.frame_at(step);
-        if states == States::All || frame.is_some() || step + 1 == count {
-            viewer.put_state(step, time_ns, &mut put)?;
+        if (states == States::All || frame.is_some() || step + 1 == count)
+            && let Some(state) = source.state(step)?
+        {
+            viewer.put_state(&state, time_ns, &mut put)?;
         }
         if let Some(frame) = frame {
             viewer.put_frame(frame, time_ns, &mut put)?;

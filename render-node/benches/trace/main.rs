@@ -6,7 +6,7 @@
 //!
 //! Prints, by the number of rings: milliseconds for hierarchy and refit, bytes a ring, million rays a second of tracing alone (rays
 //! in, hits out) by kind of ray and of a whole frame; and how many times that of a fixed scalar reference: a tree of two children a node
-//! in `f64` and [`geometry::torus::ray_torus`], one ray after the other. The least of some passes counts; of core time, where the system tells.
+//! in `f64` and [`geometry::torus::ray_torus`], one ray after the other. The least of some passes counts, of this thread's core time.
 
 mod reference;
 mod tori;
@@ -14,6 +14,7 @@ mod tori;
 use geometry::Vec3;
 use reference::Reference;
 use render_node::{Hit, Ray, RenderModel, ShadowEnd, Tracer, World, render, warp};
+use rustix::time::{ClockId, clock_gettime};
 use schemas::scene::{Ring, Scene};
 use std::hint::black_box;
 use std::num::NonZeroUsize;
@@ -341,10 +342,8 @@ fn wall_seconds() -> f64 {
     BEGIN.get_or_init(Instant::now).elapsed().as_secs_f64()
 }
 
-/// Time that this process has had a core, where the system tells (Linux): other load does not count, but single milliseconds
-/// do not either. Else the time of day.
+/// Time that this thread has had a core, so that other load does not count.
 fn core_seconds() -> f64 {
-    let schedule = std::fs::read_to_string("/proc/self/schedstat").ok();
-    let nanoseconds = schedule.as_deref().and_then(|text| text.split(' ').next()?.parse::<f64>().ok());
-    nanoseconds.map_or_else(wall_seconds, |nanoseconds| nanoseconds * 1e-9)
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }

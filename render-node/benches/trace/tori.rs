@@ -1,6 +1,6 @@
 //! The ray-torus test by outcome.
 
-use crate::{Dice, wall_seconds};
+use crate::{Dice, core_seconds};
 use geometry::lanes::{LANES, Level, RaysAndTori};
 use geometry::{Vec3, torus::ray_torus};
 use std::hint::black_box;
@@ -38,15 +38,15 @@ pub fn measure() {
         let (mut lanes, mut scalar) = (f64::INFINITY, f64::INFINITY);
         let (mut met, mut worst) = (0, 0.0);
         for _ in 0..200 {
-            let begin = wall_seconds();
+            let begin = core_seconds();
             for pairs in &batches {
                 black_box(pairs.first_hits(Level::new(), 0.18e-6));
             }
-            let middle = wall_seconds();
+            let middle = core_seconds();
             for (origin, direction) in rays {
                 black_box(ray_torus(origin, direction, 1.0, 0.18, 0.18e-6));
             }
-            let end = wall_seconds();
+            let end = core_seconds();
             lanes = if middle - begin < lanes { middle - begin } else { lanes };
             scalar = if end - middle < scalar { end - middle } else { scalar };
         }

@@ -5,6 +5,7 @@
 //! picture, and a tree that was made for other places of the bodies, with its boxes made anew, serves as well.
 
 mod build;
+mod probe;
 mod trace;
 
 use crate::sieve::{self, Sieve, WIDTH};

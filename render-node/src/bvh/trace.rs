@@ -7,6 +7,7 @@
 //! What is found is the nearest of all hits, each a function of one ray and one body alone; lists, their order and what
 //! waits decide only how soon a ray learns that it need not look farther.
 
+use super::probe::Probe;
 use super::{Bvh, LEAF, Leaf, Node};
 use crate::ray::Ray;
 use crate::sieve::{WIDTH, or_larger, or_smaller};
@@ -17,21 +18,6 @@ use geometry::lanes::{LANES, Level, RaysAndTori, Simd, SimdBase, SimdMask, dispa
 /// A list that is thrown away: that of the children that are not there.
 const NOWHERE: u32 = WIDTH as u32;
 
-/// A ray, prepared for `f32`; it begins where it comes near the bodies.
-#[derive(Clone, Copy, Debug, Default)]
-struct Probe {
-    /// Relative to the middle of the tree's bounds.
-    origin: [f32; 3],
-    direction: [f32; 3],
-    inverse: [f32; 3],
-    /// Bit k is set where the ray runs down axis k: the upper bounds are the nearer ones.
-    down: u32,
-    /// No box that holds a hit that is asked for begins beyond this distance; below zero where nothing more is asked.
-    limit: f32,
-    /// The body that the ray cannot meet.
-    leaves: u32,
-}
-
 /// What is known of a ray's first hit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reach {
@@ -41,23 +27,21 @@ pub(crate) struct Reach {
     /// The surface that is met, or any number once it is known that something is; [`Reach::NOTHING`] for none.
     pub surface: u32,
     /// Ray parameter of the probe's origin.
-    entry: f64,
+    pub(super) entry: f64,
 }
 
 impl Reach {
     /// Nothing is met.
     pub(crate) const NOTHING: u32 = u32::MAX;
 
-    /// The nearest hit is asked for, and this one is known.
-    #[inline]
-    pub(crate) fn closest(known: Option<Hit>) -> Reach {
-        let (distance, surface) =
-            known.map_or((f64::INFINITY, Reach::NOTHING), |hit| (hit.distance, hit.surface));
+    /// The nearest hit is asked for, and this one is known; [`Reach::NOTHING`] at infinity for none.
+    #[inline(always)]
+    pub(crate) fn at(distance: f64, surface: u32) -> Reach {
         Reach { distance, surface, entry: 0.0 }
     }
 
     /// It is asked whether anything is met before a distance, and may be known already.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn before(distance: f64, known: bool) -> Reach {
         Reach { distance, surface: if known { 0 } else { Reach::NOTHING }, entry: 0.0 }
     }
@@ -95,7 +79,8 @@ struct Candidate {
 /// Memory for tracing many rays; what is in it between two calls means nothing.
 #[derive(Debug)]
 pub struct Tracer {
-    level: Level,
+    /// The instruction set.
+    pub(crate) level: Level,
     /// Kept for who traces.
     pub(crate) reaches: Vec<Reach>,
     probes: Vec<Probe>,
@@ -155,7 +140,7 @@ impl Tracer {
         if bvh.nodes.is_empty() {
             return;
         }
-        self.begin::<ANY>(bvh, rays, reaches);
+        self.begin::<S, ANY>(simd, bvh, rays, reaches);
         let mut waiting = 0;
         while let Some(visit) = self.visits.pop() {
             if visit.child & LEAF == 0 {
@@ -176,18 +161,22 @@ impl Tracer {
 
     /// Prepares the rays and puts those that come near the bodies into the root's list.
     #[inline(always)]
-    fn begin<const ANY: bool>(&mut self, bvh: &Bvh, rays: &[Ray], reaches: &mut [Reach]) {
+    fn begin<S: Simd, const ANY: bool>(&mut self, simd: S, bvh: &Bvh, rays: &[Ray], reaches: &mut [Reach]) {
         self.probes.resize(rays.len(), Probe::default());
         if self.lists.len() < rays.len() {
             self.lists.resize(rays.len(), Entry::default());
         }
         let mut count = 0;
-        for (number, (ray, reach)) in rays.iter().zip(reaches.iter_mut()).enumerate() {
-            let (probe, near) = bvh.probe(ray, reach);
-            self.probes[number] = probe;
-            self.lists[count] = Entry { ray: number as u32, start: 0.0 };
-            let asked = !ANY || reach.surface == Reach::NOTHING;
-            count += usize::from(near & asked);
+        for first in (0..rays.len()).step_by(LANES) {
+            let last = if rays.len() - first < LANES { rays.len() } else { first + LANES };
+            let reaches = &mut reaches[first..last];
+            let probes = &mut self.probes[first..last];
+            let near = bvh.probes(simd, &rays[first..last], reaches, probes);
+            for (lane, reach) in reaches.iter().enumerate() {
+                self.lists[count] = Entry { ray: (first + lane) as u32, start: 0.0 };
+                let asked = !ANY || reach.surface == Reach::NOTHING;
+                count += usize::from((near >> lane & 1 == 1) & asked);
+            }
         }
         self.visits.clear();
         if count > 0 {
@@ -220,7 +209,8 @@ impl Tracer {
                 counts[child] += usize::from(*met != 0);
                 *met &= met.wrapping_sub(1);
             };
-            // Most rays meet one or two children: they are put without a look.
+            // Most rays meet one to three children: they are put without a look.
+            put(&mut met);
             put(&mut met);
             put(&mut met);
             while met != 0 {
@@ -365,46 +355,6 @@ fn found<const ANY: bool>(bvh: &Bvh, reach: &mut Reach, probe: &mut Probe, dista
         reach.distance = if nearer { distance } else { reach.distance };
         reach.surface = if nearer { body } else { reach.surface };
         probe.limit = if nearer { bvh.limit(reach) } else { probe.limit };
-    }
-}
-
-impl Bvh {
-    /// The ray's probe, and whether it comes near the bodies.
-    #[inline(always)]
-    fn probe(&self, ray: &Ray, reach: &mut Reach) -> (Probe, bool) {
-        // In f64 to where the ray comes within D of its point nearest to the middle: so far from all bodies that none
-        // is met before, and so near that f32 can tell them apart.
-        let half_diagonal = self.place.half_diagonal;
-        let to_middle = self.place.middle - ray.origin;
-        let nearest = to_middle.dot(&ray.direction);
-        let passed = nearest < -1.01 * half_diagonal;
-        // The distance of that point from the middle is wrong by at most 5e-16 of the origin's, e say; and
-        // (D + e)^2 is at most 1.01 D^2 + 101 e^2.
-        let miss_squared = (ray.direction * nearest - to_middle).norm_squared();
-        let reach_squared = 1.01 * half_diagonal * half_diagonal + 1e-28 * to_middle.norm_squared();
-        let near_bodies = !(passed | (miss_squared > reach_squared));
-        reach.entry = if nearest > half_diagonal { nearest - half_diagonal } else { 0.0 };
-        let origin = ray.direction * reach.entry - to_middle;
-        let direction = [ray.direction.x as f32, ray.direction.y as f32, ray.direction.z as f32];
-        let inverse = [1.0 / direction[0], 1.0 / direction[1], 1.0 / direction[2]];
-        let down = |axis: usize| u32::from(inverse[axis] < 0.0) << axis;
-        let probe = Probe {
-            origin: [origin.x as f32, origin.y as f32, origin.z as f32],
-            direction,
-            inverse,
-            down: down(0) | down(1) | down(2),
-            limit: self.limit(reach),
-            leaves: ray.leaves.unwrap_or(super::NONE),
-        };
-        (probe, near_bodies)
-    }
-
-    /// A ray's distance as a limit of boxes: no box that holds a hit up to it begins beyond.
-    #[inline(always)]
-    fn limit(&self, reach: &Reach) -> f32 {
-        let limit = ((reach.distance - reach.entry) * (1.0 + 1e-6) + self.place.margin) as f32;
-        // Finite, so that a child that is missed, with its infinite entry, is always beyond.
-        if limit < f32::MAX { limit } else { f32::MAX }
     }
 }
 

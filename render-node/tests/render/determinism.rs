@@ -61,9 +61,11 @@ fn what_is_left_out_would_not_change_a_bit() {
             scene.render.sky.horizon_radiance = [0.0; 3];
         }
         for light in &mut scene.render.lights {
-            use schemas::scene::render::Light::{Rectangle, Sphere, Sun};
-            let (Sphere { radiance, .. } | Rectangle { radiance, .. } | Sun { irradiance: radiance, .. }) =
-                light;
+            use schemas::scene::render::Light::{Point, Rectangle, Sphere, Sun};
+            let (Sphere { radiance, .. }
+            | Rectangle { radiance, .. }
+            | Point { intensity: radiance, .. }
+            | Sun { irradiance: radiance, .. }) = light;
             *radiance = if lights { *radiance } else { [0.0; 3] };
         }
         let (planned, plan) = RenderModel::compile(&scene);

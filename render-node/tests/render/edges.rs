@@ -240,7 +240,7 @@ fn pictures_of_nothing_are_refused() {
         ("render.width_px = 0", "render.width_px = 0: expected 1 to 65536 pixels"),
         (
             "render.light = [{ shape = 'sphere', position_m = [0, 0, 0], radius_m = 0.0, radiance = [1, 1, 1] }]",
-            "a light without area sends no light at any radiance; make it small and its radiance large",
+            "a light of no size is shape = \"point\" with an intensity (pi r^2 times the radiance)",
         ),
     ] {
         let error = refused(settings);

@@ -110,12 +110,69 @@ fn ball_light_over_a_plane() {
     }
 }
 
+/// A body that glows is never asked for its light, so what reflections find of it counts in full, by every strategy: a glowing
+/// ball gives the light that a ball of light gives, beside a light that is asked, too.
+#[test]
+fn a_glowing_body_lights_as_a_light_does() {
+    let glow = "
+        sphere = [{ radius_m = 1.0, mass_kg = 1.0, material = 'b', position_m = [0, 0, 2] }]
+        render.look.b = { bsdf = 'emitter', radiance = [5, 5, 5] }
+    ";
+    let beside = "render.light = [{ shape = 'sphere', position_m = [4, -1, 3], radius_m = 0.4, radiance = [5, 5, 5] }]";
+    let of_ball = 0.7 * 5.0 / 4.0;
+    let of_light = 0.7 * 5.0 * 0.16 / 26.0 * 3.0 / 26.0_f64.sqrt();
+    for strategy in ["mis", "lights", "bsdf"] {
+        let more = format!(
+            "render.direct_light = '{strategy}'\nrender.samples_per_pixel = 64\nrender.sampler = 'independent'"
+        );
+        let settings = PLANE_AT_ORIGIN.replace("render.samples_per_pixel = 8", &more);
+        let alone = format!("{glow}{settings}");
+        check_mean(&format!("glowing ball, {strategy}"), &film(&scene(&alone)), of_ball);
+        if strategy == "mis" {
+            check_mean("beside a light", &film(&scene(&format!("{alone}{beside}"))), of_ball + of_light);
+        }
+    }
+}
+
 #[test]
 fn plane_within_a_ball_light() {
     // From everywhere above comes the radiance 2; a point off the centre tests the sampling of directions.
     let light =
         "render.light = [{ shape = 'sphere', position_m = [2, 3, 1], radius_m = 9.0, radiance = [2, 2, 2] }]";
     check_mean("within a ball", &film(&scene(&format!("{PLANE_AT_ORIGIN}{light}"))), 0.7 * 2.0);
+}
+
+/// A light without size: intensity, cosine and distance alone, with no noise but what the pixel's width makes; a ball casts a sharp
+/// shadow; and a small ball of the same intensity gives the same light.
+#[test]
+fn point_light_over_a_plane() {
+    let light = "render.light = [{ shape = 'point', position_m = [1, 2, 2], intensity = [5, 5, 5] }]";
+    let lit = film(&scene(&format!("{PLANE_AT_ORIGIN}{light}")));
+    // d = 3, cos = 2/3.
+    let expected = 0.7 / PI * 5.0 * (2.0 / 3.0) / 9.0;
+    let worst = lit
+        .rgb
+        .iter()
+        .map(|pixel| (pixel[0] / expected - 1.0).abs())
+        .fold(0.0, |worst, off| if off > worst { off } else { worst });
+    // The picture is 2.5e-5 wide from its middle, along x a quarter more, where the light changes by 1/3 of a shift, along y by
+    // 2/3: 2.7e-5 in a corner.
+    println!("point light: worst pixel off by {worst:.1e} of {expected:.6}, allowed 5e-5");
+    assert!(worst < 5e-5, "{worst:e}");
+    let ball = "sphere = [{ radius_m = 0.3, mass_kg = 1.0, material = 'a', position_m = [0.5, 1, 1] }]\n";
+    let dark = film(&scene(&format!("{ball}{PLANE_AT_ORIGIN}{light}")));
+    assert!(dark.rgb.iter().all(|pixel| *pixel == [0.0; 3]), "the ball stands in between");
+    let radiance = 5.0 / (PI * 1e-4);
+    let small = format!(
+        "render.light = [{{ shape = 'sphere', position_m = [1, 2, 2], radius_m = 0.01, radiance = [{radiance:?}, {radiance:?}, {radiance:?}] }}]"
+    );
+    let small = mean_and_error(&film(&scene(&format!("{PLANE_AT_ORIGIN}{small}"))), 0).0;
+    println!("a ball of 1 cm: {small:.6}");
+    // Above the horizon a ball gives the light of its middle, whatever its radius.
+    assert!((small / expected - 1.0).abs() < 1e-3, "{small} against {expected}");
+    // No reflection finds it.
+    let alone = format!("{PLANE_AT_ORIGIN}{light}\nrender.direct_light = 'bsdf'");
+    assert!(film(&scene(&alone)).rgb.iter().all(|pixel| *pixel == [0.0; 3]));
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Capsules, boxes and polynomial bodies in pictures.
 
 use crate::staging::{Dice, scene, threads};
+use geometry::shift::closest_approach;
 use render_node::{Ray, RenderModel, World, initial_states, render};
 use schemas::scene::Scene;
 
@@ -66,6 +67,37 @@ fn the_tree_finds_what_asking_every_solid_finds() {
         println!("{count} of each: {met} of 4000 rays meet a solid");
         assert!(met > 300);
     }
+}
+
+/// From a million sizes away a turned solid is met where its like is met from nearby: to half a unit in the last place of
+/// the ray parameter, and of the place where the ray begins.
+#[test]
+fn solids_far_away_are_met_where_they_are() {
+    let mut dice = Dice::new(73);
+    let scene = solids(&mut dice, 30);
+    let (model, _) = RenderModel::compile(&scene);
+    let states = initial_states(&scene).expect("formulas of bodies");
+    let world = World::new(&model, &states).expect("the state is the scene's");
+    let mut errors = Vec::new();
+    for _ in 0..4_000 {
+        let (to, direction) = (dice.in_cube(3.0), dice.direction());
+        let far = Ray::new(to - direction * 1e6, direction);
+        let (s, nearest) = closest_approach(&far.origin, &direction, 4.0);
+        let near = Ray::new(nearest - direction * 16.0, direction);
+        let (Some(a), Some(b)) = (world.closest(&far), world.closest(&near)) else { continue };
+        if a.surface == b.surface {
+            errors.push((a.distance - s - (b.distance - 16.0)).abs());
+        }
+    }
+    errors.sort_by(f64::total_cmp);
+    let (median, most) = (errors[errors.len() / 2], errors[errors.len() * 99 / 100]);
+    // Half a unit in the last place of 1e6 is 5.8e-11, in the parameter and in each coordinate of the way from the solid's
+    // centre; at a shallow angle a shift to the side counts more.
+    println!(
+        "{} hits from 1e6 away: median {median:.1e} (limit 1e-10), 99 % {most:.1e} (1e-9)",
+        errors.len()
+    );
+    assert!(errors.len() > 1_000 && median < 1e-10 && most < 1e-9, "{median:e} {most:e}");
 }
 
 /// White bodies under a white sky cannot be seen: no light is lost or made at any surface. A ray that got into a body

@@ -39,25 +39,48 @@ impl Scene {
     ///
     /// [`SceneError`] as for [`Scene::parse`], and for a key outside `render`.
     pub fn with_render(&self, overrides: &[String]) -> Result<Scene, SceneError> {
+        let expected = "a key of render.*: the motion in a log is what it is; use `run` to change it";
+        self.with_keys(overrides, &|key| key.starts_with("render."), expected)
+    }
+
+    /// The same scene with what a log may be replayed with: overrides of `render.*` and of which states are kept
+    /// (`record.state_every`) and how often the log is flushed.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError`] as for [`Scene::parse`], and for any other key.
+    pub fn with_view(&self, overrides: &[String]) -> Result<Scene, SceneError> {
+        const RECORD: [&str; 2] = ["record.state_every", "record.flush_every_s"];
+        let may = |key: &str| key.starts_with("render.") || RECORD.contains(&key);
+        let expected = "a key of render.*, or record.state_every or record.flush_every_s: the motion in a log is what it \
+                        is; use `run` to change it";
+        self.with_keys(overrides, &may, expected)
+    }
+
+    fn with_keys(
+        &self,
+        overrides: &[String],
+        may: &dyn Fn(&str) -> bool,
+        expected: &str,
+    ) -> Result<Scene, SceneError> {
         for text in overrides {
             let (key, value) = halves(text)?;
-            if !key.starts_with("render.") {
-                return Err(SceneError::Value {
-                    key: key.to_owned(),
-                    value: value.to_owned(),
-                    expected: "a key of render.*: the motion in a log is what it is; use `run` to change it"
-                        .to_owned(),
-                });
+            if !may(key) {
+                let (key, value, expected) = (key.to_owned(), value.to_owned(), expected.to_owned());
+                return Err(SceneError::Value { key, value, expected });
             }
         }
+        let value_of = |value: Result<toml::Value, toml::ser::Error>| {
+            value.map_err(|error| SceneError::Syntax(error.to_string()))
+        };
         let mut table = toml::Table::new();
-        let render =
-            toml::Value::try_from(&self.render).map_err(|error| SceneError::Syntax(error.to_string()))?;
-        table.insert("render".to_owned(), render);
+        table.insert("render".to_owned(), value_of(toml::Value::try_from(&self.render))?);
+        table.insert("record".to_owned(), value_of(toml::Value::try_from(&self.record))?);
         apply(&mut table, overrides)?;
-        let render = table.remove("render").unwrap_or(toml::Value::Table(toml::Table::new()));
-        let changed = Scene { render: Deserialize::deserialize(render).map_err(syntax)?, ..self.clone() };
-        changed.resolve()
+        let mut half = |name: &str| table.remove(name).unwrap_or(toml::Value::Table(toml::Table::new()));
+        let render = Deserialize::deserialize(half("render")).map_err(syntax)?;
+        let record = Deserialize::deserialize(half("record")).map_err(syntax)?;
+        Scene { render, record, ..self.clone() }.resolve()
     }
 
     fn resolve(mut self) -> Result<Scene, SceneError> {

@@ -44,6 +44,14 @@ pub enum Light {
         /// Emitted radiance (red, green, blue).
         radiance: [f64; 3],
     },
+    /// A point that shines alike to all sides. It cannot be seen, and with `direct_light = "bsdf"` it is never found.
+    Point {
+        /// Where it is, in metres.
+        position_m: [f64; 3],
+        /// Radiant intensity (red, green, blue), in watts per steradian: a ball of radius *r* and radiance *L* that is far away
+        /// has pi *r*^2 *L*.
+        intensity: [f64; 3],
+    },
     /// A disc that is infinitely far away and as bright everywhere on it.
     Sun {
         /// The direction in which it stands, of any length.

@@ -148,8 +148,8 @@ fn validate_light(light: &Light, key: &dyn Fn(&str) -> String) -> Result<(), Sce
         Light::Sphere { position_m, radius_m, radiance } => {
             vector(&key("position_m"), position_m)?;
             if *radius_m == 0.0 {
-                let expected = "a positive radius: a light without area sends no light at any radiance; make \
-                                it small and its radiance large";
+                let expected = "a positive radius: without area there is no light at any radiance; a light \
+                                of no size is shape = \"point\" with an intensity (pi r^2 times the radiance)";
                 return Err(refuse_number(&key("radius_m"), *radius_m, expected));
             }
             positive(&key("radius_m"), *radius_m)?;
@@ -161,6 +161,10 @@ fn validate_light(light: &Light, key: &dyn Fn(&str) -> String) -> Result<(), Sce
             vector(&key("edge_v_m"), edge_v_m)?;
             unit_or_longer(&key("edge_u_m x edge_v_m"), &cross(edge_u_m, edge_v_m))?;
             colour(&key("radiance"), radiance)
+        }
+        Light::Point { position_m, intensity } => {
+            vector(&key("position_m"), position_m)?;
+            colour(&key("intensity"), intensity)
         }
         Light::Sun { direction, angular_radius_rad, irradiance } => {
             unit_or_longer(&key("direction"), direction)?;
