@@ -4,7 +4,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use recorder::recover::recover_bytes;
-use recorder::{Health, Log, Summary};
+use recorder::{Glance, Health, Log, Summary};
 
 fuzz_target!(|data: &[u8]| {
     // Half of the inputs have their checksums set right, or hardly any mutation would get past them.
@@ -13,7 +13,7 @@ fuzz_target!(|data: &[u8]| {
         seal(&mut bytes);
     }
     if let Ok(log) = Log::from_bytes("fuzz", bytes.clone()) {
-        let _ = Summary::of(&log);
+        let _ = (Glance::of(&log), Summary::of(&log));
         for step in [0, 1, u64::MAX] {
             let _ = (log.state(step), log.state_at_or_before(step), log.frame(step as usize));
         }
