@@ -102,6 +102,7 @@ impl Distance {
     }
 
     /// First and second derivative by `t`.
+    #[inline(always)]
     pub(crate) fn derivatives(&self, cos: f64, sin: f64) -> (f64, f64) {
         let value = |c: &[f64; 3]| c[0] + c[1] * cos + c[2] * sin;
         let first = |c: &[f64; 3]| c[2] * cos - c[1] * sin;

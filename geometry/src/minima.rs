@@ -29,8 +29,8 @@ const WIDTH_MIN: f64 = 1.0 / (1u64 << 24) as f64;
 /// Where a part is cut: not in the middle, where symmetric poses have their roots.
 const CUT: f64 = 0.4831;
 
-/// The iteration ends at a step below this, in the tangent of half the angle: the next would be its square.
-const STEP_MIN: f64 = 1e-9;
+/// The iteration ends at a step below this, in the tangent of half the angle: the next would be of its square's size, 1e-12.
+const STEP_MIN: f64 = 1e-6;
 
 /// Below this share of `R_A (R_A + R_B)` in slope and curvature, `D^2 / 2` is taken as flat: rounding makes 1e-16 of it.
 const FLAT: f64 = 1e-13;

@@ -11,9 +11,10 @@ use crate::narrow::Narrow;
 use geometry::lanes::{Level, arcs_on};
 use schemas::step::SurfaceSamples;
 
-/// Pairs in a chunk, at least and at most, and chunks for each thread. Part of nothing: any value gives the same bits.
+/// Pairs in a chunk, at least and at most. Part of nothing, as all of these: any values give the same bits.
 const CHUNK_PAIRS: [usize; 2] = [512, 4096];
-const CHUNKS_PER_THREAD: usize = 4;
+/// The work of an arc over that of a pair that is on the list only.
+const ARC_WORK: usize = 10;
 
 /// The results of some pairs.
 #[derive(Debug, Default)]
@@ -24,6 +25,8 @@ pub(crate) struct Chunk {
     /// One pair at a time: those that the kernel left, or all.
     pub forces: Vec<PairForce>,
     pub workspace: Workspace,
+    /// The least and the greatest number of a body or plane of its pairs.
+    pub bodies: [u32; 2],
     /// Of the list with this number: the pairs whose arcs are searched in lanes, and the others.
     list: u64,
     searched: Vec<(u32, u32)>,
@@ -39,6 +42,7 @@ impl Chunk {
         scene: &Narrow,
         (list, pairs): (u64, &[(u32, u32)]),
     ) {
+        self.is_new(list, pairs);
         let (chunk, close) = (&mut self.rings, &mut self.close);
         close.update(level, rings.lines, list, pairs, rings.close_margin);
         chunk.collide::<DAMPED>(level, rings, &close.pairs);
@@ -47,6 +51,21 @@ impl Chunk {
             let pair = self.close.pairs[number as usize];
             scene.pair::<DAMPED, FRICTION>(pair, None, &mut self.workspace, &mut self.forces);
         }
+    }
+
+    /// Takes note of a list of pairs; whether it is a new one.
+    fn is_new(&mut self, list: u64, pairs: &[(u32, u32)]) -> bool {
+        if self.list == list {
+            return false;
+        }
+        self.list = list;
+        self.bodies = [u32::MAX, 0];
+        for body in pairs.iter().flat_map(|&(a, b)| [a, b]) {
+            let [least, greatest] = self.bodies;
+            self.bodies =
+                [if body < least { body } else { least }, if body > greatest { body } else { greatest }];
+        }
+        true
     }
 
     /// Pairs that are not. Where two rings touch is found in lanes all the same; what they do to each other is not.
@@ -60,8 +79,7 @@ impl Chunk {
         self.rings.forces.clear();
         self.forces.clear();
         self.workspace.counts = SurfaceSamples::default();
-        if self.list != list {
-            self.list = list;
+        if self.is_new(list, pairs) {
             let searched = |&pair: &(u32, u32)| is_searched(scene.model, pair);
             (self.searched, self.rest) = pairs.iter().partition(|&pair| searched(pair));
         }
@@ -95,17 +113,26 @@ pub(crate) fn is_searched(model: &Model, (a, b): (u32, u32)) -> bool {
     }
 }
 
-/// How many pairs a chunk has: the same as long as the lists and the threads are.
-pub(crate) fn chunk_pairs(pairs: usize, threads: usize) -> usize {
+/// Where a list of pairs is cut into chunks of about the same work: the places of their ends. `arcs` is how many contacts
+/// each body was the first of when it was last looked; the ring chunks of a thread have as much to do as another's.
+pub(crate) fn cut(pairs: &[(u32, u32)], arcs: &[u32], chunks: usize) -> Vec<usize> {
     let [least, most] = CHUNK_PAIRS;
-    if threads == 1 {
-        return most;
-    }
-    pairs.div_ceil(threads * CHUNKS_PER_THREAD).clamp(least, most)
+    let chunks = chunks.min(pairs.len().div_ceil(least)).max(pairs.len().div_ceil(most));
+    let mut before = u32::MAX;
+    let mut done = 0;
+    // The work up to each pair and with it.
+    let work: Vec<usize> = pairs
+        .iter()
+        .map(|&(a, _)| {
+            done += 1 + if a == before { 0 } else { ARC_WORK * arcs[a as usize] as usize };
+            before = a;
+            done
+        })
+        .collect();
+    (1..=chunks).map(|chunk| work.partition_point(|&work| work * chunks <= done * chunk)).collect()
 }
 
 /// A chunk's part of a list of pairs.
-pub(crate) fn part(pairs: &[(u32, u32)], size: usize, number: usize) -> &[(u32, u32)] {
-    let end = (number + 1) * size;
-    &pairs[number * size..if end < pairs.len() { end } else { pairs.len() }]
+pub(crate) fn part<'a>(pairs: &'a [(u32, u32)], ends: &[usize], number: usize) -> &'a [(u32, u32)] {
+    &pairs[if number > 0 { ends[number - 1] } else { 0 }..ends[number]]
 }

@@ -8,21 +8,26 @@
 use crate::Model;
 use crate::body::Body;
 use crate::broad::Neighbours;
-use crate::chunk::{Chunk, chunk_pairs, is_searched, part};
+use crate::chunk::{Chunk, cut, is_searched, part};
 use crate::contact::kernel::{ArcForce, MotionLine, RingScene};
 use crate::contact::material::NormalLaw;
 use crate::contact::{Contact, PairForce};
+use crate::gather::gather;
 use crate::narrow::Narrow;
+use crate::team::share;
 use crate::wrench::{Velocity, Wrench};
+use geometry::Circle;
 use geometry::lanes::{Level, Line};
-use geometry::{Circle, Vec3};
-use rayon::prelude::*;
 use schemas::scene::{ContactLaw, Integrator};
 use schemas::{state::ContactState, step::SurfaceSamples};
 
 /// Up to which distance wires are called close, over the thinnest wire's radius: more makes lists of close pairs
 /// longer, and they hold longer. Part of nothing, too.
-const CLOSE_SHARE: f64 = 0.5;
+const CLOSE_SHARE: f64 = 0.3;
+
+/// Chunks for each thread: of pairs for the kernel, where work is known before and each chunk has groups of lanes that
+/// are not full; of other pairs. Part of nothing, too.
+const CHUNKS_PER_THREAD: [usize; 2] = [1, 4];
 
 /// Frames and velocities of all bodies at one moment.
 #[derive(Debug, Default)]
@@ -49,6 +54,9 @@ pub(crate) struct Evaluation {
     ring_pairs: Vec<(u32, u32)>,
     other_pairs: Vec<(u32, u32)>,
     sorted_out: u64,
+    /// Where both lists are cut into chunks.
+    ring_ends: Vec<usize>,
+    other_ends: Vec<usize>,
     /// Poses and velocities as the kernel reads them.
     pub(crate) lines: Vec<Line>,
     pub(crate) motions: Vec<MotionLine>,
@@ -83,6 +91,8 @@ impl Evaluation {
             ring_pairs: Vec::new(),
             other_pairs: Vec::new(),
             sorted_out: 0,
+            ring_ends: Vec::new(),
+            other_ends: Vec::new(),
             lines: model.bodies().iter().map(line).collect(),
             motions: model.bodies().iter().map(motion).collect(),
             taken: false,
@@ -183,7 +193,7 @@ impl Evaluation {
         pool: Option<&rayon::ThreadPool>,
     ) {
         self.neighbours.update(model, &moment.circles);
-        self.sort_out(model);
+        self.sort_out(model, pool.map_or(1, rayon::ThreadPool::current_num_threads));
         if !self.taken {
             self.take(moment, 0..model.body_count());
         }
@@ -194,11 +204,12 @@ impl Evaluation {
         };
         let scene = Narrow { model, moment, springs, slip, half_step };
         self.collide::<DAMPED, FRICTION>(&scene, pool);
-        self.gather::<DAMPED, FRICTION>(model.body_count());
+        let chunks = &self.chunks[..self.chunk_count];
+        gather::<DAMPED, FRICTION>(chunks, &mut self.wrenches, &mut self.lost, pool);
     }
 
     /// Sorts out a new list of neighbours.
-    fn sort_out(&mut self, model: &Model) {
+    fn sort_out(&mut self, model: &Model, threads: usize) {
         if self.sorted_out == self.neighbours.rebuilds {
             return;
         }
@@ -208,6 +219,16 @@ impl Evaluation {
         for &pair in self.neighbours.pairs() {
             let list = if is_common(model, pair) { &mut self.ring_pairs } else { &mut self.other_pairs };
             list.push(pair);
+        }
+        let mut arcs = vec![0; model.body_count()];
+        self.arc_forces().for_each(|arc| arcs[arc.a as usize] += 1);
+        self.pair_forces().for_each(|pair| arcs[pair.a as usize] += 1);
+        let chunks = if threads > 1 { CHUNKS_PER_THREAD.map(|chunks| chunks * threads) } else { [1; 2] };
+        self.ring_ends = cut(&self.ring_pairs, &arcs, chunks[0]);
+        self.other_ends = cut(&self.other_pairs, &arcs, chunks[1]);
+        self.chunk_count = self.ring_ends.len() + self.other_ends.len();
+        if self.chunks.len() < self.chunk_count {
+            self.chunks.resize_with(self.chunk_count, Chunk::default);
         }
     }
 
@@ -227,13 +248,6 @@ impl Evaluation {
         scene: &Narrow,
         pool: Option<&rayon::ThreadPool>,
     ) {
-        let threads = pool.map_or(1, rayon::ThreadPool::current_num_threads);
-        let size = chunk_pairs(self.ring_pairs.len() + self.other_pairs.len(), threads);
-        let ring_chunks = self.ring_pairs.len().div_ceil(size);
-        self.chunk_count = ring_chunks + self.other_pairs.len().div_ceil(size);
-        if self.chunks.len() < self.chunk_count {
-            self.chunks.resize_with(self.chunk_count, Chunk::default);
-        }
         let rings = RingScene {
             lines: &self.lines,
             motions: &self.motions,
@@ -244,56 +258,19 @@ impl Evaluation {
             close_margin: self.close_margin,
         };
         let list = self.sorted_out;
-        let (ring_pairs, other_pairs, level) = (&self.ring_pairs, &self.other_pairs, self.level);
-        let work = |(number, chunk): (usize, &mut Chunk)| {
-            if number < ring_chunks {
-                chunk.rings::<DAMPED, FRICTION>(level, rings, scene, (list, part(ring_pairs, size, number)));
-            } else {
-                let pairs = part(other_pairs, size, number - ring_chunks);
+        let (ring_pairs, ring_ends, level) = (&self.ring_pairs, &self.ring_ends, self.level);
+        let (other_pairs, other_ends) = (&self.other_pairs, &self.other_ends);
+        let work = |(number, chunk): (usize, &mut Chunk)| match number.checked_sub(ring_ends.len()) {
+            None => {
+                let pairs = part(ring_pairs, ring_ends, number);
+                chunk.rings::<DAMPED, FRICTION>(level, rings, scene, (list, pairs));
+            }
+            Some(number) => {
+                let pairs = part(other_pairs, other_ends, number);
                 chunk.others::<DAMPED, FRICTION>(level, rings, scene, (list, pairs));
             }
         };
-        let chunks = &mut self.chunks[..self.chunk_count];
-        match pool {
-            Some(pool) if chunks.len() > 1 => {
-                pool.install(|| chunks.par_iter_mut().enumerate().for_each(work));
-            }
-            _ => chunks.iter_mut().enumerate().for_each(work),
-        }
-    }
-
-    /// Adds up the forces: the kernel's in the order of its pairs, then the others in the order of theirs.
-    fn gather<const DAMPED: bool, const FRICTION: bool>(&mut self, body_count: usize) {
-        let loses = DAMPED || FRICTION;
-        self.wrenches.fill(Wrench::ZERO);
-        if loses {
-            self.lost.fill(Wrench::ZERO);
-        }
-        let chunks = &self.chunks[..self.chunk_count];
-        for arc in chunks.iter().flat_map(|chunk| &chunk.rings.forces) {
-            let (a, b) = (arc.a as usize, arc.b as usize);
-            add(&mut self.wrenches[a], 1.0, &arc.force, &arc.torque_a);
-            add(&mut self.wrenches[b], -1.0, &arc.force, &arc.torque_b);
-            if DAMPED {
-                let [force, torque_a, torque_b] = &arc.lost;
-                add(&mut self.lost[a], 1.0, force, torque_a);
-                add(&mut self.lost[b], -1.0, force, torque_b);
-            }
-        }
-        for pair in chunks.iter().flat_map(|chunk| &chunk.forces) {
-            let (a, b) = (pair.a as usize, pair.b as usize);
-            self.wrenches[a].add(&pair.on_a);
-            if loses {
-                self.lost[a].add(&pair.lost_on_a);
-            }
-            // A plane takes what it gets and does not move.
-            if b < body_count {
-                self.wrenches[b].add(&pair.on_b);
-                if loses {
-                    self.lost[b].add(&pair.lost_on_b);
-                }
-            }
-        }
+        share(pool, self.chunks[..self.chunk_count].iter_mut().enumerate(), work);
     }
 }
 
@@ -302,13 +279,6 @@ fn is_common(model: &Model, (a, b): (u32, u32)) -> bool {
     model.contact_law() == ContactLaw::CentrelineArc
         && is_searched(model, (a, b))
         && model.pair_material(a, b).friction_coefficient == 0.0
-}
-
-/// Adds a force with a sign, and its torque.
-#[inline]
-fn add(wrench: &mut Wrench, sign: f64, force: &[f64; 4], torque: &[f64; 4]) {
-    wrench.force += Vec3::new(sign * force[0], sign * force[1], sign * force[2]);
-    wrench.torque += Vec3::new(torque[0], torque[1], torque[2]);
 }
 
 #[cfg(test)]
@@ -395,6 +365,25 @@ mod tests {
         }
         println!("{arcs} arcs; difference over the largest force {worst:e}, allowed 1e-6");
         assert!(arcs > 1000 && worst < 1e-6);
+    }
+
+    /// Which pairs are listed as close, and how often the list is made, changes no bit: anew in each step, or long.
+    #[test]
+    fn lists_of_close_pairs_change_no_bit() {
+        let end = |margin: Option<f64>| {
+            let (model, mut state, mut scratch) = hanging();
+            let evaluation = &mut scratch.evaluation;
+            evaluation.close_margin = margin.unwrap_or(evaluation.close_margin);
+            for _ in 0..300 {
+                step(&model, &mut state, &mut scratch).unwrap();
+            }
+            assert!(scratch.evaluation.arc_forces().count() > 30, "they touch");
+            state
+        };
+        let expected = end(None);
+        for margin in [0.0, 0.01, 0.6] {
+            assert_eq!(end(Some(margin)), expected, "margin {margin}");
+        }
     }
 
     /// What the kernel's pairs do, and the inelastic part, with arcs and forces of the scalar code.

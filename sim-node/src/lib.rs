@@ -14,6 +14,7 @@ mod contact;
 mod drag;
 mod estimate;
 mod forces;
+mod gather;
 mod integrator;
 mod model;
 mod momentum;
@@ -34,6 +35,7 @@ mod stability;
 mod state;
 mod step;
 mod subdivide;
+mod team;
 mod wrench;
 
 pub use body::{Body, Shape};

@@ -6,6 +6,7 @@ use crate::model::BodyName;
 use crate::momentum::{self, Impulse};
 use crate::state::Motion;
 use crate::subdivide::advance_in_parts;
+use crate::team::in_pool;
 use crate::{Model, Scratch, State, drag, motion, sleep, wrench::Velocity};
 use geometry::Circle;
 use schemas::scene::{Integrator, OnRisk};
@@ -139,19 +140,20 @@ pub(crate) fn advance_whole(model: &Model, state: &mut State, scratch: &mut Scra
 /// One step of the model's length; step number and time are the caller's. Returns whether all numbers were seen
 /// to be finite already.
 pub(crate) fn advance(model: &Model, state: &mut State, scratch: &mut Scratch) -> Result<bool, Stop> {
+    let pool = scratch.pool.clone();
+    let pool = pool.as_deref();
     match model.integrator() {
-        // One way into the pool and back for all of the step.
-        Integrator::Verlet => {
-            return Ok(match scratch.pool.clone() {
-                Some(pool) => pool.install(|| advance_verlet(model, state, scratch)),
-                None => advance_verlet(model, state, scratch),
-            });
+        // Only these have so much to share that others had better stay awake all the time.
+        Integrator::Verlet => Ok(in_pool(pool, || advance_verlet(model, state, scratch))),
+        Integrator::Rk4 => {
+            in_pool(pool, || rk4::advance(model, state, scratch));
+            Ok(false)
         }
-        Integrator::Rk4 => rk4::advance(model, state, scratch),
-        Integrator::Dopri5 => dopri5::advance(model, state, scratch)?,
-        Integrator::BackwardEuler | Integrator::EnergyDecaying => implicit::advance(model, state, scratch)?,
+        Integrator::Dopri5 => in_pool(pool, || dopri5::advance(model, state, scratch)).map(|()| false),
+        Integrator::BackwardEuler | Integrator::EnergyDecaying => {
+            implicit::advance(model, state, scratch).map(|()| false)
+        }
     }
-    Ok(false)
 }
 
 /// A step of `verlet`, between two half steps of quadratic drag where there is any. Returns whether all

@@ -6,7 +6,8 @@
 //! roots, so exactly one. Where it is positive, no sign change in the parts on both sides of `m` proves that
 //! there is none. Four sign changes are common too: where A bends away from B's wire as fast as it runs across
 //! it, the depth is flat and may have two maxima. There `m` is chosen between them; one sign change on each side
-//! proves one root on each.
+//! proves one root on each. So does a quartic that is negative wherever it bends downwards: outside that piece it bends
+//! upwards on both sides, from a positive end to a negative one ([`in_one_piece`]).
 //!
 //! A chart that is positive at `m` and not proved empty is cut there, and its parts are looked at again.
 //! Everything else (an end inside a contact, an arc longer than a quarter turn, an iteration that has not
@@ -36,6 +37,11 @@ const STEP_MAX: f64 = 1.0 / 1024.0;
 const STEEP: f64 = 1.0 / 64.0;
 /// The search for the minimum stays this far from the ends.
 const INNER: f64 = 1.0 - 1.0 / 16.0;
+
+/// With two maxima of the depth the place between them is at most this far from the middle.
+const CENTRE: f64 = 0.5;
+/// More than what rounding does to a product of a few factors.
+const ROUNDING: f64 = 1e-9;
 
 /// Finds the arcs of the charts, each list in the order of its pairs; the numbers of pairs with a chart outside the
 /// common case go to `irregular`. `cuts` is memory.
@@ -135,7 +141,8 @@ fn ends<S: Simd>(simd: S, block: &Block, here: u32) -> Found<S> {
     let (lowest, slope, half_bend) = taylor(&c, m);
     let negative = lowest.simd_lt(zero);
     let (no_root, one_root) = certify(&b, m, zero);
-    let certain = ends_outside & negative & (!four_changes | one_root);
+    let whole = in_one_piece(simd, m, [lowest, slope, half_bend], c[4]);
+    let certain = ends_outside & negative & (!four_changes | one_root | whole);
 
     // To start with, the roots of the quartic less its odd part about its minimum.
     let shift = four_changes.select(zero, 0.5 * slope / half_bend);
@@ -204,7 +211,7 @@ fn middle<S: Simd>(simd: S, c: &[Lanes<S>; 5], four_changes: Mask<S>) -> Lanes<S
         place = bend.simd_gt(zero).select(within(place - step, inner), place);
     }
     // Where the quartic bends upwards least.
-    let centre = within(-0.25 * c[3] / c[4], Lanes::splat(simd, 0.5));
+    let centre = within(-0.25 * c[3] / c[4], Lanes::splat(simd, CENTRE));
     four_changes.select(centre, place)
 }
 
@@ -316,6 +323,26 @@ fn certify<S: Simd>(b: &[Lanes<S>; 5], m: Lanes<S>, zero: Lanes<S>) -> (Mask<S>,
     // From the ends inwards: b_0 c_0 d_0 e_0 f(m), and b_4 c_3 d_2 e_1 f(m).
     let least = smaller(smaller(smaller(c_0, d_0), smaller(c_3, d_2)), smaller(e_0, e_1));
     (least.simd_gt(zero), falls(c_0, d_0, e_0, zero) & falls(c_3, d_2, e_1, zero))
+}
+
+/// Whether the quartic is negative on one piece, given its value, slope and half second derivative at `m`, between two
+/// maxima of the depth.
+///
+/// The second derivative is `2 (half_bend + 6 c_4 (u - m)^2)`, as long as `m` is not on the border of where it is looked
+/// for. Where that is not negative the quartic bends upwards all along. Else it bends downwards within
+/// `s = sqrt(-half_bend / (6 c_4))` of `m`, where it is below its tangent: at most `lowest + |slope| s`.
+#[inline(always)]
+fn in_one_piece<S: Simd>(
+    simd: S,
+    m: Lanes<S>,
+    [lowest, slope, half_bend]: [Lanes<S>; 3],
+    c_4: Lanes<S>,
+) -> Mask<S> {
+    let least = m.abs().simd_lt(Lanes::splat(simd, CENTRE));
+    let upwards = half_bend.simd_ge(Lanes::splat(simd, 0.0));
+    let rise = -half_bend * (slope * slope);
+    let below = rise.simd_lt((lowest * lowest) * (c_4 * (6.0 * (1.0 - ROUNDING))));
+    least & (upwards | below)
 }
 
 /// Whether no negative number is before a positive one.

@@ -26,21 +26,26 @@ use crate::arc::{Arc, Arcs};
 use crate::{Circle, Vec3};
 use fearless_simd::f64x4;
 
-pub use fearless_simd::prelude::{Select, SimdBase, SimdFloat, SimdMask};
+pub use fearless_simd::prelude::{Select, SimdBase, SimdCombine, SimdFloat, SimdMask, SimdSplit};
 pub use fearless_simd::{Level, Simd, dispatch};
 
 mod chart;
 mod cull;
 mod isolate;
+mod settle;
 mod store;
 mod torus;
 mod wide;
 
+pub use settle::Touching;
 pub use torus::RaysAndTori;
 pub use wide::{LANES, Lanes, Mask};
 
 /// Four numbers of one lane.
 pub type Row<S> = f64x4<S>;
+
+/// Eight numbers side by side.
+pub type Eight<S> = fearless_simd::f64x8<S>;
 
 /// An array with a place for each lane. Written out: `map` and `from_fn` are not inlined into code for other
 /// instruction sets than their own.
@@ -167,13 +172,20 @@ impl LaneArc {
     /// Number of the pair among those searched.
     #[inline(always)]
     pub fn pair(&self) -> usize {
-        (self.numbers[3] as u64 >> 2) as usize
+        (self.pair_and_rule() >> 2) as usize
     }
 
     /// Number of the rule that its length needs, in the order of [`RULES`](crate::arc::RULES).
     #[inline(always)]
     pub fn rule(&self) -> usize {
-        (self.numbers[3] as u64 & 3) as usize
+        (self.pair_and_rule() & 3) as usize
+    }
+
+    /// Above 2^52 the bits of a number's fraction count its ones: the quickest way from a small whole number to an integer.
+    #[inline(always)]
+    fn pair_and_rule(&self) -> u64 {
+        const TWO_TO_52: f64 = 4_503_599_627_370_496.0;
+        (self.numbers[3] + TWO_TO_52).to_bits() & ((1 << 52) - 1)
     }
 }
 
@@ -206,73 +218,6 @@ impl ArcSearch {
         self.irregular.clear();
         chart::charts(simd, lines, pairs, &mut self.charts, &mut self.irregular);
         isolate::isolate(simd, &self.charts, &mut self.cuts, &mut self.found, &mut self.irregular);
-    }
-
-    /// The pairs that touch, in order: the number of each among those searched, and its arcs; those of an irregular
-    /// pair, which may touch or not, are none.
-    pub fn touching(&self) -> Touching<'_> {
-        Touching { arcs: &self.arcs, irregular: &self.irregular }
-    }
-
-    /// Brings the arcs into the order of the pairs; the order of a pair's two is a function of that pair alone. A pair
-    /// that is irregular on one side is irregular as a whole.
-    fn settle(&mut self) {
-        self.irregular.sort_unstable();
-        self.irregular.dedup();
-        let [simple, parts, late, _] = &mut self.found;
-        if !late.is_empty() {
-            parts.append(late);
-            parts.sort_by_key(LaneArc::pair);
-        }
-        // Behind each list one that is behind all, so that no end needs a look.
-        let last = LaneArc { numbers: [0.0, 0.0, 0.0, f64::MAX] };
-        let count = simple.len() + parts.len();
-        simple.push(last);
-        parts.push(last);
-        self.arcs.clear();
-        self.arcs.resize(count, last);
-        let (mut one, mut other) = (0, 0);
-        for arc in &mut self.arcs {
-            // Of one pair's two, from one list each, the one with the smaller rule goes first.
-            let first = simple[one].numbers[3] <= parts[other].numbers[3];
-            *arc = if first { simple[one] } else { parts[other] };
-            one += usize::from(first);
-            other += usize::from(!first);
-        }
-        if !self.irregular.is_empty() {
-            // Both lists are in order.
-            let mut irregular = self.irregular.iter().map(|&pair| pair as usize).peekable();
-            self.arcs.retain(|arc| {
-                while irregular.next_if(|&pair| pair < arc.pair()).is_some() {}
-                irregular.peek() != Some(&arc.pair())
-            });
-        }
-    }
-}
-
-/// See [`ArcSearch::touching`].
-#[derive(Clone, Debug)]
-pub struct Touching<'a> {
-    arcs: &'a [LaneArc],
-    irregular: &'a [u32],
-}
-
-impl<'a> Iterator for Touching<'a> {
-    type Item = (usize, &'a [LaneArc]);
-
-    #[inline]
-    fn next(&mut self) -> Option<(usize, &'a [LaneArc])> {
-        let regular = self.arcs.first().map(LaneArc::pair);
-        if let Some((&irregular, rest)) = self.irregular.split_first()
-            && regular.is_none_or(|regular| (irregular as usize) < regular)
-        {
-            self.irregular = rest;
-            return Some((irregular as usize, &[]));
-        }
-        let pair = regular?;
-        let (arcs, rest) = self.arcs.split_at(self.arcs.iter().take_while(|arc| arc.pair() == pair).count());
-        self.arcs = rest;
-        Some((pair, arcs))
     }
 }
 

@@ -1,10 +1,12 @@
 //! The part of one body's surface that lies inside another body, as points for numerical integration.
 //!
 //! The integrals wanted are of `d n dA` and the like: depth `d` inside the other body, the direction `n` in which
-//! that body pushes, and the area `dA`. Three ways to place the points:
+//! that body pushes, and the area `dA`. Four ways to place the points:
 //!
 //! - [`polar`]: about the deepest point, out to the patch's edge on each of a few rays. For patches that are
 //!   star-shaped about it, exponentially accurate; it says so when a patch is not.
+//! - [`strips`]: cross-sections of a ring's wire, eight side by side. For shallow patches that are long and narrow or have
+//!   two deepest points; it says so when a patch is not.
 //! - [`slices`]: cross-sections of the wire, each cut exactly by root isolation. For any patch: annular (a ring lying
 //!   flat, coaxial rings), with two deepest points, or deep.
 //! - [`cap`]: sphere against sphere or plane.
@@ -16,7 +18,9 @@ pub mod chart;
 pub mod pair;
 pub mod polar;
 pub mod slices;
+pub mod strips;
 
+mod rings;
 mod solid;
 
 pub use solid::Solid;
@@ -62,8 +66,11 @@ impl Block {
 /// A growing list of points, kept between uses so that it need not be allocated again.
 #[derive(Debug, Clone, Default)]
 pub struct Nodes {
+    /// Blocks, in use and from earlier uses.
     blocks: Vec<Block>,
-    /// Places of the last block that are taken; `WIDTH` if there is none.
+    /// How many are in use, the first ones.
+    used: usize,
+    /// Places of the last block in use that are taken; `WIDTH` if there is none.
     taken: usize,
     deepest: f64,
 }
@@ -71,20 +78,19 @@ pub struct Nodes {
 impl Nodes {
     /// Forgets all points.
     pub fn clear(&mut self) {
-        self.blocks.clear();
-        self.taken = WIDTH;
+        self.truncate(0);
         self.deepest = 0.0;
     }
 
     /// The points, in the order in which they were added; unused places have no area.
     pub fn blocks(&self) -> &[Block] {
-        &self.blocks
+        &self.blocks[..self.used]
     }
 
     /// How many points there are.
     pub fn count(&self) -> u64 {
-        let whole = self.blocks.len() as u64 * WIDTH as u64;
-        whole - if self.blocks.is_empty() { 0 } else { (WIDTH - self.taken) as u64 }
+        let whole = self.used as u64 * WIDTH as u64;
+        whole - if self.used == 0 { 0 } else { (WIDTH - self.taken) as u64 }
     }
 
     /// The largest depth that was noted (m); 0 if none was.
@@ -102,31 +108,41 @@ impl Nodes {
 
     /// Forgets the blocks after the first `count`.
     pub fn truncate(&mut self, count: usize) {
-        self.blocks.truncate(count);
+        self.used = if count < self.used { count } else { self.used };
         self.taken = WIDTH;
     }
 
     /// The blocks from `first` on, to be changed.
     pub fn blocks_from(&mut self, first: usize) -> &mut [Block] {
         self.taken = WIDTH;
-        &mut self.blocks[first..]
+        &mut self.blocks[first..self.used]
+    }
+
+    /// A further block, full, with any numbers in it: all of them are to be written.
+    #[inline(always)]
+    pub fn next_block(&mut self) -> &mut Block {
+        if self.used == self.blocks.len() {
+            self.blocks.push(Block::EMPTY);
+        }
+        self.used += 1;
+        self.taken = WIDTH;
+        &mut self.blocks[self.used - 1]
     }
 
     /// Adds a full block.
     #[inline(always)]
     pub fn push_block(&mut self, block: Block) {
-        self.blocks.push(block);
-        self.taken = WIDTH;
+        *self.next_block() = block;
     }
 
     /// Adds one point.
     #[inline]
     pub fn push(&mut self, point: &Vec3, normal: &Vec3, depth: f64, area: f64) {
-        if self.taken == WIDTH || self.blocks.is_empty() {
-            self.blocks.push(Block::EMPTY);
+        if self.taken == WIDTH || self.used == 0 {
+            self.push_block(Block::EMPTY);
             self.taken = 0;
         }
-        let Some(block) = self.blocks.last_mut() else { return };
+        let block = &mut self.blocks[self.used - 1];
         let lane = self.taken;
         for axis in 0..3 {
             block.point[axis][lane] = point[axis];

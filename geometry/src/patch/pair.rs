@@ -1,10 +1,10 @@
 //! Both patches of two bodies in contact, by quadrature.
 
 use super::polar::{self, Deepest, Order};
-use super::{Nodes, Solid, cap, slices};
+use super::{Nodes, Solid, cap, rings, slices, strips};
 use crate::arc::circle_circle_arcs;
-use crate::minima::{Minima, circle_circle_minima, circle_plane_minima, circle_point_minima};
-use crate::{Arcs, Circle, Vec3};
+use crate::minima::{Minima, Minimum, circle_circle_minima, circle_plane_minima, circle_point_minima};
+use crate::{Arc, Arcs, Circle, Vec3};
 
 /// Adds the points of A's surface in B and of B's surface in A, each with its area times its body's share of
 /// `shares`, and each with the normal that points from B to A: the direction of the force on A. Against a plane, whose
@@ -14,8 +14,8 @@ use crate::{Arcs, Circle, Vec3};
 /// or a sphere and a plane, none are needed. `nodes[0]` and `nodes[1]` get the points of contact arc 0 and 1. A ring comes
 /// before a sphere and a sphere before a plane; another order adds nothing.
 ///
-/// Each connected contact with one deepest point goes to [`polar`]; where that refuses, the whole pair goes to
-/// [`slices`]. Which way is a function of the pair's pose alone.
+/// Each connected contact with one deepest point goes to [`polar`]; where that refuses, and with two deepest points, to
+/// [`strips`]; where that refuses too, the whole pair goes to [`slices`]. Which way is a function of the pair's pose alone.
 pub fn quadrature(a: &Solid, b: &Solid, arcs: &Arcs, shares: [f64; 2], nodes: &mut [Nodes; 2]) {
     match (a, b) {
         (Solid::Ring { circle, .. }, Solid::Ring { circle: other, .. }) => {
@@ -82,7 +82,8 @@ fn core_radius(solid: &Solid) -> f64 {
     }
 }
 
-/// The patches of every connected contact about its deepest point; false where one cannot be taken so.
+/// The patches of every connected contact about its deepest point or, of two rings, in strips; false where one cannot be
+/// taken so.
 fn about_deepest(
     a: &Solid,
     b: &Solid,
@@ -92,37 +93,116 @@ fn about_deepest(
     shares: [f64; 2],
     nodes: &mut [Nodes; 2],
 ) -> bool {
-    if minima.as_slice().len() != arcs.connected_count() {
-        return false;
-    }
     let (minor_a, minor_b) = (core_radius(a), core_radius(b));
     let thinner = if minor_b > 0.0 && minor_b < minor_a { minor_b } else { minor_a };
-    for minimum in minima.as_slice() {
-        let deepest = deepest_points(a, b, circle, (minimum.cos, minimum.sin));
-        let depth = deepest[0].depth;
+    let mut rest = minima.as_slice();
+    for (connected, nodes) in nodes.iter_mut().enumerate().take(arcs.connected_count()) {
+        let here = |minimum: &&Minimum| usize::from(minimum.connected) == connected;
+        let count = rest.iter().take_while(here).count();
+        let (found, later) = rest.split_at(count);
+        rest = later;
+        let [first, ..] = found else { return false };
+        let place = |minimum: &Minimum| deepest_points(a, b, circle, (minimum.cos, minimum.sin));
+        let deepest = place(first);
+        let mut depth = deepest[0].depth;
         // An arc of no length has no patch; one that reaches far towards the other's core is no bowl.
-        if depth <= 0.0 {
+        let shallow = |depth: f64| depth < 0.5 * thinner;
+        if found.len() == 1 && depth <= 0.0 {
             continue;
         }
-        if !(depth < 0.5 * thinner) {
+        if !shallow(depth) {
             return false;
         }
-        let nodes = &mut nodes[usize::from(minimum.connected)];
         let order = Order::for_patch(depth, thinner);
-        let plane = matches!(b, Solid::Plane { .. });
-        nodes.note_depth(depth);
-        if !polar::patch(a, b, &deepest[0], order, shares[0], nodes) {
-            return false;
-        }
-        if !plane {
-            let turned = nodes.blocks().len();
-            if !polar::patch(b, a, &deepest[1], order, shares[1], nodes) {
+        if !(found.len() == 1 && rays(a, b, &deepest, order, shares, nodes)) {
+            let second = place(&found[found.len() - 1]);
+            depth = if second[0].depth > depth { second[0].depth } else { depth };
+            nodes.clear();
+            let taken = found.len() <= 2 && shallow(depth) && depth > 0.0;
+            if !(taken && strips_of(a, b, (arcs, connected), [&deepest, &second], depth, shares, nodes)) {
                 return false;
             }
-            turn(nodes, turned);
         }
+        nodes.note_depth(depth);
     }
+    rest.is_empty()
+}
+
+/// Both patches of a contact about its deepest points.
+fn rays(
+    a: &Solid,
+    b: &Solid,
+    deepest: &[Deepest; 2],
+    order: Order,
+    shares: [f64; 2],
+    nodes: &mut Nodes,
+) -> bool {
+    if let (Solid::Ring { circle, minor_radius }, Solid::Ring { circle: other, minor_radius: other_minor }) =
+        (a, b)
+    {
+        return rings::patches((circle, *minor_radius), (other, *other_minor), deepest, order, shares, nodes);
+    }
+    if !polar::patch(a, b, &deepest[0], order, shares[0], nodes) {
+        return false;
+    }
+    if matches!(b, Solid::Plane { .. }) {
+        return true;
+    }
+    let turned = nodes.blocks().len();
+    if !polar::patch(b, a, &deepest[1], order, shares[1], nodes) {
+        return false;
+    }
+    turn(nodes, turned);
     true
+}
+
+/// Both patches of a contact of two rings in strips along its two deepest points, or one that is given twice; `depth` is the
+/// larger of their depths.
+#[cold]
+fn strips_of(
+    a: &Solid,
+    b: &Solid,
+    (arcs, connected): (&Arcs, usize),
+    deepest: [&[Deepest; 2]; 2],
+    depth: f64,
+    shares: [f64; 2],
+    nodes: &mut Nodes,
+) -> bool {
+    let (Solid::Ring { circle, minor_radius }, Solid::Ring { circle: other, minor_radius: other_minor }) =
+        (a, b)
+    else {
+        return false;
+    };
+    let reversed = circle_circle_arcs(other, circle, minor_radius + other_minor);
+    let places = |side: usize| deepest.map(|points| points[side].place);
+    let (Some(arc), Some(back)) = (
+        sole_piece(arcs, |arc| usize::from(arc.connected) == connected),
+        sole_piece(&reversed, |arc| places(1).iter().all(|&place| holds(arc, place))),
+    ) else {
+        return false;
+    };
+    if !strips::patch(a, b, arc, places(0), depth, shares[0], nodes) {
+        return false;
+    }
+    let turned = nodes.blocks().len();
+    if !strips::patch(b, a, back, places(1), depth, shares[1], nodes) {
+        return false;
+    }
+    turn(nodes, turned);
+    true
+}
+
+/// The piece of which something is true, if it is a whole connected arc.
+fn sole_piece(arcs: &Arcs, is_meant: impl Fn(&Arc) -> bool) -> Option<&Arc> {
+    let piece = arcs.iter().find(|arc| is_meant(arc))?;
+    let alone = arcs.iter().filter(|other| other.connected == piece.connected).count() == 1;
+    alone.then_some(piece)
+}
+
+/// Whether a piece of an arc holds a point of its circle.
+fn holds(arc: &Arc, (cos, sin): (f64, f64)) -> bool {
+    let square = arc.half_tangent * arc.half_tangent;
+    (cos * arc.mid_cos + sin * arc.mid_sin) * (1.0 + square) > 1.0 - square
 }
 
 /// The deepest points of A's surface in B and of B's surface in A, on the line between the closest points of their

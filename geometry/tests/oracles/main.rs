@@ -19,5 +19,6 @@ mod random;
 mod rays;
 mod shapes;
 mod solids;
+mod strips;
 mod sturm;
 mod torus;

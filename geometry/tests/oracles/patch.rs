@@ -10,25 +10,25 @@ use nalgebra::UnitQuaternion;
 
 /// Sums over points: of `d n dA`, of `p x d n dA`, of `d^2 dA / 2` and of `dA`.
 #[derive(Clone, Copy, Debug)]
-struct Sums {
-    force: Vec3,
-    torque: Vec3,
-    energy: f64,
-    area: f64,
+pub struct Sums {
+    pub force: Vec3,
+    pub torque: Vec3,
+    pub energy: f64,
+    pub area: f64,
 }
 
 impl Sums {
-    const ZERO: Sums =
+    pub const ZERO: Sums =
         Sums { force: Vec3::new(0.0, 0.0, 0.0), torque: Vec3::new(0.0, 0.0, 0.0), energy: 0.0, area: 0.0 };
 
-    fn add(&mut self, point: &Vec3, normal: &Vec3, depth: f64, area: f64) {
+    pub fn add(&mut self, point: &Vec3, normal: &Vec3, depth: f64, area: f64) {
         self.force += normal * (depth * area);
         self.torque += point.cross(normal) * (depth * area);
         self.energy += 0.5 * depth * depth * area;
         self.area += area;
     }
 
-    fn of(nodes: &Nodes) -> Sums {
+    pub fn of(nodes: &Nodes) -> Sums {
         let mut sums = Sums::ZERO;
         for block in nodes.blocks() {
             for lane in 0..geometry::patch::WIDTH {
@@ -40,7 +40,7 @@ impl Sums {
     }
 }
 
-const MINOR: f64 = 0.18;
+pub const MINOR: f64 = 0.18;
 
 /// Two crossed linked rings, R = 1, r = 0.18, touching inside with a depth: A about the origin, B out along x.
 fn crossed(depth: f64) -> (Circle, Circle) {
@@ -49,11 +49,11 @@ fn crossed(depth: f64) -> (Circle, Circle) {
     (a, Circle::from_pose(Vec3::new(2.0 - 2.0 * MINOR + depth, 0.0, 0.0), &upright, 1.0))
 }
 
-fn ring(circle: Circle) -> Solid {
+pub fn ring(circle: Circle) -> Solid {
     Solid::Ring { circle, minor_radius: MINOR }
 }
 
-fn by_slices(a: &Circle, b: &Circle) -> Sums {
+pub fn by_slices(a: &Circle, b: &Circle) -> Sums {
     let arcs = circle_circle_arcs(a, b, 2.0 * MINOR);
     let mut sums = Sums::ZERO;
     slices::patch(&ring(*a), &ring(*b), a, &arcs, |p, n, d, area| sums.add(p, n, d, area));
@@ -101,9 +101,8 @@ fn crossed_rings_give_the_tabled_force() {
     }
 }
 
-/// Both sides by cross-sections alone: A's surface in B less B's surface in A, half of each.
-fn pair_by_slices(a: &Circle, b: &Circle) -> Sums {
-    let (forth, back) = (by_slices(a, b), by_slices(b, a));
+/// Half of what A's surface in B brings less half of what B's in A does.
+pub fn half_each(forth: &Sums, back: &Sums) -> Sums {
     Sums {
         force: (forth.force - back.force) * 0.5,
         torque: (forth.torque - back.torque) * 0.5,
@@ -112,7 +111,12 @@ fn pair_by_slices(a: &Circle, b: &Circle) -> Sums {
     }
 }
 
-fn pair(a: &Solid, b: &Solid, arcs: &Arcs) -> Sums {
+/// Both sides by cross-sections alone.
+fn pair_by_slices(a: &Circle, b: &Circle) -> Sums {
+    half_each(&by_slices(a, b), &by_slices(b, a))
+}
+
+pub fn pair(a: &Solid, b: &Solid, arcs: &Arcs) -> Sums {
     let mut nodes = [Nodes::default(), Nodes::default()];
     let shares = if matches!(b, Solid::Plane { .. }) { [1.0, 0.0] } else { [0.5, 0.5] };
     quadrature(a, b, arcs, shares, &mut nodes);

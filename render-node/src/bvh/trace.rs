@@ -209,8 +209,7 @@ impl Tracer {
                 counts[child] += usize::from(*met != 0);
                 *met &= met.wrapping_sub(1);
             };
-            // Most rays meet one to three children: they are put without a look.
-            put(&mut met);
+            // Most rays meet one or two children: they are put without a look.
             put(&mut met);
             put(&mut met);
             while met != 0 {

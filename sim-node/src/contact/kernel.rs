@@ -140,7 +140,7 @@ impl ArcForce {
 #[derive(Debug, Default)]
 pub(crate) struct RingChunk {
     pub search: ArcSearch,
-    /// Numbers of the arcs for each of [`RULES`].
+    /// Numbers of the arcs for each of [`RULES`], and room.
     bins: [Vec<u32>; RULES.len()],
     /// In the order of the pairs.
     pub forces: Vec<ArcForce>,
@@ -160,9 +160,10 @@ impl RingChunk {
             self.forces.resize(count, ArcForce::default());
         }
         self.forces.truncate(count);
-        self.sort();
+        let counts = self.sort();
         let (arcs, forces) = (self.search.arcs.as_slice(), self.forces.as_mut_slice());
-        for (bin, rule) in self.bins.iter().zip(RULES).filter(|(bin, _)| !bin.is_empty()) {
+        let bins = self.bins.iter().zip(counts).map(|(bin, count)| &bin[..count]);
+        for (bin, rule) in bins.zip(RULES).filter(|(bin, _)| !bin.is_empty()) {
             dispatch!(level, simd => simd.vectorize(
                 #[inline(always)]
                 || for group in bin.chunks(LANES) {
@@ -172,18 +173,20 @@ impl RingChunk {
         }
     }
 
-    /// Sorts the arcs by the rule that their length needs. Written without branches: which rule it is cannot be
-    /// foretold.
-    fn sort(&mut self) {
+    /// Sorts the arcs by the rule that their length needs; returns how many there are of each. Written without branches:
+    /// which rule it is cannot be foretold.
+    fn sort(&mut self) -> [usize; RULES.len()] {
         let arcs = &self.search.arcs;
         let mut counts = [0; RULES.len()];
-        self.bins.iter_mut().for_each(|bin| bin.resize(arcs.len(), 0));
+        for bin in self.bins.iter_mut().filter(|bin| bin.len() < arcs.len()) {
+            bin.resize(arcs.len(), 0);
+        }
         for (number, arc) in arcs.iter().enumerate() {
             let rule = arc.rule();
             self.bins[rule][counts[rule]] = number as u32;
             counts[rule] += 1;
         }
-        self.bins.iter_mut().zip(counts).for_each(|(bin, count)| bin.truncate(count));
+        counts
     }
 }
 
@@ -297,40 +300,52 @@ impl<S: Simd> Push<S> {
         let mut lost = Sums::zero(zero);
         let (mut energy, mut normal_force, mut penetration) = (zero, zero, zero);
         let mut middle = [zero; 3];
+        let twice_radius = (self.half_tangent + self.half_tangent) * radius_a;
         for &(x, weight) in rule.nodes() {
+            // Lengths times `whole`, and their products times its powers.
             let tau = self.half_tangent * x;
             let square = tau * tau;
-            let inverse = 1.0 / (1.0 + square);
-            let (c, s) = ((1.0 - square) * inverse, (tau + tau) * inverse);
+            let whole = 1.0 + square;
+            let (c, s) = (1.0 - square, tau + tau);
             let (cos, sin) = (mid_cos * c - mid_sin * s, mid_sin * c + mid_cos * s);
-            let p_1 = self.frame.centre[0] + radius_a * sin;
-            let p_2 = self.frame.centre[1] - tilt * cos;
-            let z = self.frame.centre[2] + rise * cos;
+            let p_1 = self.frame.centre[0] * whole + radius_a * sin;
+            let p_2 = self.frame.centre[1] * whole - tilt * cos;
+            let z = self.frame.centre[2] * whole + rise * cos;
             let rho = (p_1 * p_1 + p_2 * p_2).sqrt();
-            let u = rho - radius_b;
+            let u = rho - radius_b * whole;
             let distance = (u * u + z * z).sqrt();
             // Rounding at the very end of an arc may put a point outside.
-            let depth = larger(self.pairs.reach - distance, zero);
-            let unit = 1.0 / larger(rho * distance, tiny);
-            let length = (weight * self.half_tangent + weight * self.half_tangent) * radius_a * inverse;
+            let depth = larger(self.pairs.reach * whole - distance, zero);
             let pressure = self.stiffness * depth;
-            let elastic = pressure * length;
+            let area = larger(rho * distance, tiny);
+            // Without damping all of this is the same to the bit.
+            let damping = pressure * self.rate_damping + self.viscous_damping * whole;
+            let slowed = if DAMPED { whole + self.implicit * damping } else { whole };
+            // The one division: by `whole` twice, by `area` and by `slowed`.
+            let squared = whole * whole;
+            let (ends, push) = (squared * area, squared * slowed);
+            let inverse = 1.0 / (ends * slowed);
+            let inverse_area = inverse * push;
+            let share = (weight * twice_radius) * (inverse * (area * slowed));
+            let elastic = pressure * share;
             let mut force = elastic;
             if DAMPED {
                 let [v_1, v_2, v_3] = self.linear;
                 let [w_1, w_2] = self.angular;
                 let turning = radius_b * (w_1 * p_2 - w_2 * p_1);
-                let opening = ((v_1 * p_1 + v_2 * p_2) * u + (v_3 * rho + turning) * z) * unit;
-                let damping = pressure * self.rate_damping + self.viscous_damping;
-                let push = pressure - damping * (opening / (1.0 + self.implicit * damping));
-                force = depth.simd_gt(zero).select(larger(push, zero), zero) * length;
-                lost.add(p_1, p_2, rho, u, z, (force - elastic) * unit);
+                let opening = (v_1 * p_1 + v_2 * p_2) * u + (v_3 * rho + turning) * z;
+                let push = pressure - (damping * opening) * (inverse * (squared * whole));
+                force = depth.simd_gt(zero).select(larger(push, zero), zero) * share;
+                lost.add(p_1, p_2, rho, u, z, (force - elastic) * inverse_area);
             }
-            all.add(p_1, p_2, rho, u, z, force * unit);
+            all.add(p_1, p_2, rho, u, z, force * inverse_area);
+            let inverse_whole = (inverse * slowed) * (whole * area);
+            let depth = depth * inverse_whole;
             energy += elastic * depth;
             normal_force += force;
             penetration = larger(depth, penetration);
-            middle = [middle[0] + elastic * cos, middle[1] + elastic * sin, middle[2] + elastic];
+            let elastic_share = elastic * inverse_whole;
+            middle = [middle[0] + elastic_share * cos, middle[1] + elastic_share * sin, middle[2] + elastic];
         }
         let [force, torque_a, torque_b] = self.wrenches(&all);
         let none = Row::splat(simd, 0.0);

@@ -8,9 +8,9 @@
 #![allow(clippy::needless_range_loop)]
 
 use crate::body::{Body, Decay};
+use crate::team::share;
 use geometry::lanes::{Level, dispatch};
 use geometry::{Vec3, rotation};
-use rayon::prelude::*;
 use schemas::state::BodyState;
 
 /// Bodies in a block. A body's bits do not depend on it.
@@ -36,13 +36,7 @@ pub(crate) fn on_threads<C: Chunk>(
     level: Level,
     chunks: impl Iterator<Item = C>,
 ) {
-    match pool {
-        Some(pool) => {
-            let chunks: Vec<C> = chunks.collect();
-            pool.install(|| chunks.into_par_iter().for_each(|chunk| dispatch!(level, _ => chunk.work())));
-        }
-        None => chunks.for_each(|chunk| dispatch!(level, _ => chunk.work())),
-    }
+    share(pool, chunks, |chunk| dispatch!(level, _ => chunk.work()));
 }
 
 #[inline(always)]

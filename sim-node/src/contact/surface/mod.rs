@@ -22,11 +22,12 @@ pub(crate) mod samples;
 
 use super::{Pair, PairForce, Patch, close};
 use crate::contact::friction::Slip;
-use geometry::Arcs;
+use crate::wrench::Wrench;
 use geometry::arc::{circle_plane_arcs, circle_point_arcs};
-use geometry::lanes::{Level, Simd, dispatch};
+use geometry::lanes::{Eight, Level, Select, Simd, SimdBase, SimdSplit, dispatch};
 use geometry::patch::pair::quadrature;
-use geometry::patch::{Block, Lane, Nodes, Solid, WIDTH};
+use geometry::patch::{Nodes, Solid, WIDTH};
+use geometry::{Arcs, Vec3};
 use schemas::scene::{SurfaceAverage, SurfaceIntegral, SurfaceSampler};
 use schemas::step::SurfaceSamples;
 
@@ -113,26 +114,19 @@ impl Surfaces<'_> {
 impl Patch {
     /// Adds the points of a surface. Places are seen from A's centre: they are A's levers.
     fn add_surface<const DAMPED: bool>(&mut self, pair: &Pair, nodes: &Nodes) {
-        let area: f64 = nodes.blocks().iter().flat_map(|block| block.area).sum();
-        let mut sums = Sums::ZERO;
-        // Plain loops over eight lanes, compiled for what the processor has: the same bits on each.
-        dispatch!(Level::new(), simd => simd.vectorize(
+        // The area counts where damping is taken implicitly.
+        let area = if DAMPED && pair.implicit > 0.0 { whole_area(nodes) } else { 0.0 };
+        // Eight points side by side, compiled for what the processor has: the same bits on each.
+        let sums = dispatch!(Level::new(), simd => simd.vectorize(
             #[inline(always)]
-            || nodes.blocks().iter().for_each(|block| sums.add::<DAMPED>(pair, block, pair.implicit * area))
+            || Sums::of::<_, DAMPED>(simd, pair, nodes, pair.implicit * area)
         ));
-        let total = |lane: &Lane| lane.iter().sum::<f64>();
-        for axis in 0..3 {
-            self.wrench.force[axis] = total(&sums.force[axis]);
-            self.wrench.torque[axis] = total(&sums.torque[axis]);
-            self.centre[axis] = total(&sums.centre[axis]);
-            if DAMPED {
-                self.lost.force[axis] = total(&sums.lost_force[axis]);
-                self.lost.torque[axis] = total(&sums.lost_torque[axis]);
-            }
-        }
-        self.energy = 0.5 * total(&sums.energy);
-        self.normal_force = total(&sums.normal_force);
-        self.weight = total(&sums.weight);
+        self.wrench = Wrench { force: sums.force, torque: sums.torque };
+        self.lost = Wrench { force: sums.lost_force, torque: sums.lost_torque };
+        self.centre = sums.centre;
+        self.energy = 0.5 * sums.energy;
+        self.normal_force = sums.normal_force;
+        self.weight = sums.weight;
         self.penetration = nodes.deepest();
         // A sphere has no angle.
         if pair.a.radius > 0.0 {
@@ -142,68 +136,105 @@ impl Patch {
     }
 }
 
-/// Sums in eight lanes, added up at the end in their order.
+/// The area that all points stand for (m^2): lane by lane, then across.
+fn whole_area(nodes: &Nodes) -> f64 {
+    let mut sums = [0.0; WIDTH];
+    for block in nodes.blocks() {
+        for (sum, area) in sums.iter_mut().zip(&block.area) {
+            *sum += area;
+        }
+    }
+    sums.iter().sum()
+}
+
+/// Sums over the points of a contact.
 struct Sums {
-    force: [Lane; 3],
-    torque: [Lane; 3],
-    lost_force: [Lane; 3],
-    lost_torque: [Lane; 3],
-    centre: [Lane; 3],
-    energy: Lane,
-    normal_force: Lane,
-    weight: Lane,
+    force: Vec3,
+    torque: Vec3,
+    lost_force: Vec3,
+    lost_torque: Vec3,
+    centre: Vec3,
+    /// Twice the energy.
+    energy: f64,
+    normal_force: f64,
+    weight: f64,
 }
 
 impl Sums {
-    const ZERO: Sums = Sums {
-        force: [[0.0; WIDTH]; 3],
-        torque: [[0.0; WIDTH]; 3],
-        lost_force: [[0.0; WIDTH]; 3],
-        lost_torque: [[0.0; WIDTH]; 3],
-        centre: [[0.0; WIDTH]; 3],
-        energy: [0.0; WIDTH],
-        normal_force: [0.0; WIDTH],
-        weight: [0.0; WIDTH],
-    };
-
     /// `implicit`: see [`super::material::NormalLaw::push`], times the contact's area.
     #[inline(always)]
-    fn add<const DAMPED: bool>(&mut self, pair: &Pair, block: &Block, implicit: f64) {
-        let (p, n) = (&block.point, &block.normal);
-        let mut turn = [[0.0; WIDTH]; 3];
-        let mut force = [0.0; WIDTH];
-        for i in 0..WIDTH {
-            let elastic = pair.law.stiffness * block.depth[i] * block.area[i];
-            turn[0][i] = p[1][i] * n[2][i] - p[2][i] * n[1][i];
-            turn[1][i] = p[2][i] * n[0][i] - p[0][i] * n[2][i];
-            turn[2][i] = p[0][i] * n[1][i] - p[1][i] * n[0][i];
-            force[i] = elastic;
-            self.energy[i] += elastic * block.depth[i];
-            self.weight[i] += elastic;
-            for (centre, p) in self.centre.iter_mut().zip(p) {
-                centre[i] += p[i] * elastic;
+    fn of<S: Simd, const DAMPED: bool>(simd: S, pair: &Pair, nodes: &Nodes, implicit: f64) -> Sums {
+        let zero = Eight::splat(simd, 0.0);
+        let (mut force, mut torque, mut centre) = ([zero; 3], [zero; 3], [zero; 3]);
+        let (mut lost_force, mut lost_torque) = ([zero; 3], [zero; 3]);
+        let (mut energy, mut normal_force, mut weight) = (zero, zero, zero);
+        let (v, w, law) = (pair.relative.linear, pair.relative.angular, pair.law);
+        for block in nodes.blocks() {
+            let [x, y, z] = [&block.point[0], &block.point[1], &block.point[2]];
+            let p = [
+                Eight::load_array_ref(simd, x),
+                Eight::load_array_ref(simd, y),
+                Eight::load_array_ref(simd, z),
+            ];
+            let [x, y, z] = [&block.normal[0], &block.normal[1], &block.normal[2]];
+            let n = [
+                Eight::load_array_ref(simd, x),
+                Eight::load_array_ref(simd, y),
+                Eight::load_array_ref(simd, z),
+            ];
+            let depth = Eight::load_array_ref(simd, &block.depth);
+            let area = Eight::load_array_ref(simd, &block.area);
+            let turn = [p[1] * n[2] - p[2] * n[1], p[2] * n[0] - p[0] * n[2], p[0] * n[1] - p[1] * n[0]];
+            let pressure = depth * law.stiffness;
+            let elastic = pressure * area;
+            let mut size = elastic;
+            energy += elastic * depth;
+            weight += elastic;
+            add(&mut centre, &p, elastic);
+            if DAMPED {
+                // As `NormalLaw::push`.
+                let along = n[0] * v.x + n[1] * v.y + n[2] * v.z;
+                let about = turn[0] * w.x + turn[1] * w.y + turn[2] * w.z;
+                let damping = pressure * law.rate_damping + law.viscous_damping;
+                let push = pressure - damping * ((along + about) / (damping * implicit + 1.0));
+                size = push.simd_gt(zero).select(push, zero) * area;
+                let lost = size - elastic;
+                add(&mut lost_force, &n, lost);
+                add(&mut lost_torque, &turn, lost);
             }
+            normal_force += size;
+            add(&mut force, &n, size);
+            add(&mut torque, &turn, size);
         }
-        if DAMPED {
-            let (v, w) = (pair.relative.linear, pair.relative.angular);
-            for i in 0..WIDTH {
-                let along = v.x * n[0][i] + v.y * n[1][i] + v.z * n[2][i];
-                let about = w.x * turn[0][i] + w.y * turn[1][i] + w.z * turn[2][i];
-                let push = pair.law.push(block.depth[i], -(along + about), implicit) * block.area[i];
-                let lost = push - force[i];
-                force[i] = push;
-                for axis in 0..3 {
-                    self.lost_force[axis][i] += n[axis][i] * lost;
-                    self.lost_torque[axis][i] += turn[axis][i] * lost;
-                }
-            }
-        }
-        for i in 0..WIDTH {
-            self.normal_force[i] += force[i];
-            for axis in 0..3 {
-                self.force[axis][i] += n[axis][i] * force[i];
-                self.torque[axis][i] += turn[axis][i] * force[i];
-            }
+        Sums {
+            force: across(force),
+            torque: across(torque),
+            lost_force: across(lost_force),
+            lost_torque: across(lost_torque),
+            centre: across(centre),
+            energy: total(energy),
+            normal_force: total(normal_force),
+            weight: total(weight),
         }
     }
+}
+
+#[inline(always)]
+fn add<S: Simd>(sums: &mut [Eight<S>; 3], vectors: &[Eight<S>; 3], times: Eight<S>) {
+    for (sum, component) in sums.iter_mut().zip(vectors) {
+        *sum += *component * times;
+    }
+}
+
+#[inline(always)]
+fn across<S: Simd>([x, y, z]: [Eight<S>; 3]) -> Vec3 {
+    Vec3::new(total(x), total(y), total(z))
+}
+
+/// The sum of eight lanes: of both halves, then of what is left in order.
+#[inline(always)]
+fn total<S: Simd>(lanes: Eight<S>) -> f64 {
+    let (low, high) = lanes.split();
+    let [a, b, c, d] = (low + high).to_array();
+    (a + b) + (c + d)
 }
