@@ -169,6 +169,9 @@ fn flight(model: &Model, scratch: &mut Scratch, longest: f64) -> Option<f64> {
         pairs.iter().filter(met).copied().collect()
     };
     let mut pairs = meet(longest, &pairs);
+    // Wires that touch by less than the law can see have met already: they do not begin to.
+    let touching = meet(0.0, &pairs);
+    pairs.retain(|pair| !touching.contains(pair));
     if pairs.is_empty() {
         return None;
     }
