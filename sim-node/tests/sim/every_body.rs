@@ -115,7 +115,9 @@ fn memory_and_pauses_do_not_matter_for_any_body() {
 /// A thousand bodies and more, from which on threads share the work.
 #[test]
 fn any_number_of_threads_gives_the_same_bits_for_any_body() {
-    for (integrator, steps) in [("verlet", 150), ("rk4", 100), ("dopri5", 80), ("backward-euler", 80)] {
+    for (integrator, steps) in
+        [("verlet", 150), ("rk4", 100), ("dopri5", 80), ("backward-euler", 80), ("energy-decaying", 80)]
+    {
         let text = heap(integrator, 350, false).replace("duration_s = 0.2", "duration_s = 1.0");
         let (model, _) = Model::compile(&Scene::parse(&text, &[]).unwrap()).unwrap();
         assert!(model.body_count() > 1000);
@@ -135,6 +137,45 @@ fn any_number_of_threads_gives_the_same_bits_for_any_body() {
         for threads in [1, 2, 3, 8] {
             assert_eq!(run(threads), one, "{integrator}, {threads} threads");
         }
+    }
+}
+
+/// A thousand balls that fall onto a polynomial dome, so that several threads have closest points of it to find.
+#[test]
+fn any_number_of_threads_gives_the_same_bits_on_a_polynomial() {
+    let mut text = "[time]\n duration_s = 1.0\n time_step_s = 2e-4\n[forces]\n gravity_m_per_s2 = [0.0, 0.0, -9.81]\n\
+         [material.wire]\n point_stiffness_n_per_m = 1e3\n damping_s_per_m = 0.2\n friction_coefficient = 0.3\n \
+         friction_stiffness_n_per_m = 1e3\n[[polynomial]]\n formula = \"0.01*x^2 + 0.01*y^2 + z^2 - 1\"\n \
+         bounding_radius_m = 10.1\n mass_kg = 1.0\n material = \"wire\"\n position_m = [0.0, 0.0, 0.0]\n pinned = true\n"
+        .to_owned();
+    for (row, column) in (-19..=19).flat_map(|row| (-19..=19).map(move |column| (row, column))) {
+        let (x, y) = (0.45 * f64::from(row), 0.45 * f64::from(column));
+        let square: f64 = 0.01 * (x * x + y * y);
+        if square < 0.72 {
+            // Above the surface by the radius, as much as its slope asks for, and a little.
+            let z = (1.0 - square).sqrt() + 0.205;
+            text += &format!(
+                "[[sphere]]\n radius_m = 0.2\n mass_kg = 0.5\n material = \"wire\"\n position_m = [{x:?}, {y:?}, {z:?}]\n \
+                 linear_velocity_m_per_s = [0.1, 0.0, -3.0]\n"
+            );
+        }
+    }
+    let (model, _) = Model::compile(&Scene::parse(&text, &[]).unwrap()).unwrap();
+    assert!(model.body_count() > 1024, "{}", model.body_count());
+    let run = |threads: usize| {
+        let (mut state, mut scratch) = (State::initial(&model), Scratch::new(&model, threads));
+        for _ in 0..40 {
+            step(&model, &mut state, &mut scratch).unwrap();
+        }
+        let dome = model.body_count() as u32 - 1;
+        let touching = state.contacts.iter().filter(|contact| contact.body_b == dome).count();
+        (bits(&state), touching)
+    };
+    let one = run(1);
+    println!("{} of {} balls touch the polynomial", one.1, model.body_count() - 1);
+    assert!(one.1 > 900);
+    for threads in [2, 3] {
+        assert_eq!(run(threads), one, "{threads} threads");
     }
 }
 
