@@ -31,7 +31,7 @@ fn what_cannot_be_shown_is_refused_with_what_mends_it() {
         (
             "render.light = [{ shape = 'sphere', position_m = [0, 0, 1], radius_m = 0.0, radiance = [1, 1, 1] }]",
             "render.light[0].radius_m",
-            "make it small and its radiance large",
+            "a light of no size is shape = \"point\"",
         ),
         (
             "render.light = [{ shape = 'sun', direction = [0, 0, 0], irradiance = [1, 1, 1] }]",
