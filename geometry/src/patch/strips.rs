@@ -2,7 +2,7 @@
 //!
 //! The cross-sections of [`slices`](super::slices), without a proof for each: over a cross-section of the wire a shallow depth
 //! is nearly a parabola in the wire's angle, so its peak is found from slope and bending, and its two edges like those of
-//! [`polar`]. Along the wire the patch ends where the peak is 0, found by Newton's method from the ends of the
+//! `polar`. Along the wire the patch ends where the peak is 0, found by Newton's method from the ends of the
 //! contact arc, which lie outside; where the peak is concave, so is every step. What a cross-section
 //! brings falls with the power 3/2 of the distance from an end, so from each end to a cut between the deepest points
 //! Gauss points are taken in the square root of that distance, in which the integrand is smooth.
