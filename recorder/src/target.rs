@@ -126,12 +126,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("log.mcap");
         let Ok(first) = Target::open(&path, true) else { panic!("a new file") };
-        std::thread::scope(|scope| {
-            let second = scope.spawn(|| Target::open(&path, true).map(|target| target.begin()));
-            std::thread::sleep(LOOK_EVERY * 5);
-            first.abandon();
-            assert!(matches!(second.join(), Ok(Ok(Ok(_)))), "the next has its turn");
-        });
-        assert!(path.exists(), "and its file is there");
+        // What the second has opened while it waits.
+        let file = OpenOptions::new().write(true).open(&path).unwrap();
+        let waiting = Target { file, path: path.clone(), is_new: false, is_regular: true };
+        assert!(!waiting.is_mine().unwrap(), "the first has it");
+        first.abandon();
+        assert!(!waiting.is_mine().unwrap(), "it is free, but its name leads nowhere");
+        let Ok(second) = Target::open(&path, true) else { panic!("the next has its turn") };
+        assert!(second.begin().is_ok() && path.exists(), "and its file is there");
     }
 }

@@ -1,7 +1,7 @@
 //! One evaluation of all contact forces: broad phase, contacts, sum over the bodies.
 //!
 //! Pairs of rings under the default law and without friction go to the kernel, all others one at a time through
-//! `narrow`. Both lists are cut into chunks of a fixed size. Each chunk writes its own results, alone or on any
+//! `narrow`. Both lists are cut into chunks of about the same work. Each chunk writes its own results, alone or on any
 //! thread; then they are added up, first the kernel's in the order of its pairs, then the others in theirs. So
 //! the sums are the same whatever the number of threads and the size of the chunks.
 
